@@ -59,12 +59,23 @@ def floors_of(calibration: Observations) -> FloatArray:
     return np.asarray(np.minimum(FLOOR * calibration.usual_errors(), FLOOR_OF_MEDIAN * median))
 
 
+def shares_of(calibration: Observations) -> FloatArray:
+    """Return which share of the disagreement is the surrogate's own error, (n_outputs,).
+
+    The rest is the companion's error. Both are compared by their 95 % quantiles. The share is at
+    most 1.
+    """
+    disagreement = samples_of(calibration.disagreement)[:, 0]
+    usual = np.quantile(disagreement, USUAL_CONFIDENCE, axis=0)
+    return np.asarray(calibration.usual_errors() / np.maximum(usual, calibration.usual_errors()))
+
+
 def factors_of(head: FeedForward, floors: FloatArray, calibration: Observations) -> FloatArray:
     """Return the factors for all confidences, (3, n_outputs).
 
-    The floors have the shape (n_outputs,). Each sample is covered from some factor on
-    (``floored``), and these factors are the ratios for ``conformal_factors``. See
-    ``LEAST_FACTOR`` too.
+    The floors have the shape (n_outputs,); the disagreement of the calibration is weighed. Each
+    sample is covered from some factor on (``floored``), and these factors are the ratios for
+    ``conformal_factors``. See ``LEAST_FACTOR`` too.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """

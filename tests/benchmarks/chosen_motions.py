@@ -1,9 +1,9 @@
-"""Random moves of the robot, optimised by its surrogate, beside shapers; the finest model judges.
+"""Random moves, optimised by surrogates, with and without verification; reference models judge.
 
     python tests/benchmarks/chosen_motions.py --moves 20 --json -
 
-Both places are drawn within 60 % of the joints' ranges; the limits are those of docs/tutorials/
-pick_and_place.toml. Settled means within 0.1 mm of rest for good, by the reference model.
+Starts and goals are drawn as by ``slide-fmu motion --calibrate``; all else is that of the tasks in
+docs/tutorials. A violation is a move that leaves more than the tolerance after its arrival.
 """
 
 from __future__ import annotations
@@ -17,75 +17,101 @@ import numpy as np
 from figures_out import measure_and_write
 from seeds import CHOSEN_MOTIONS
 
-from slide_fmu.apps.motion import MoveTask, coordinates_of, read_task
-from slide_fmu.apps.motion.solve import solve
+from slide_fmu.apps.motion import MotionError, MoveTask, coordinates_of, read_task
+from slide_fmu.apps.motion.calibration import random_task
+from slide_fmu.apps.motion.solve import Solved, answer, factor_of, problem_of, reference_of, solve
 from slide_fmu.core.figures import plain
-from slide_fmu.core.progress import Stages
-from slide_fmu.fmu.export import load
-from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.core.progress import Stages, quiet
+from slide_fmu.fmu.export import read_fmu
 
 ROOT = Path(__file__).parents[2]
-FMU = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
-TASK = ROOT / "docs" / "tutorials" / "pick_and_place.toml"
-REACH = 0.6
-OPTIMISED = "optimised"
+TASKS = {
+    "robot_6r": "pick_and_place",
+    "slider_crank": "turned_crank",
+    "slider_crank_payload": "turned_payload",
+}
+"""FMUs, and their tasks in docs/tutorials."""
 
 
-def random_task(surrogate: Surrogate, rng: np.random.Generator) -> MoveTask:
-    """Draw start and goal of a task; the rest is that of the tutorial."""
-    joints = coordinates_of(surrogate.inputs)
-    low, high = (REACH * np.array([getattr(j, end) for j in joints]) for end in ("low", "high"))
-    start, goal = rng.uniform(low, high, (2, len(joints)))
-    task = read_task(TASK)
-    assert isinstance(task, MoveTask)
-    return task.model_copy(update={"start": tuple(start.tolist()), "goal": tuple(goal.tolist())})
-
-
-def judged(task: MoveTask) -> dict[str, Any]:
-    """Solve a task, and judge all its moves by the reference model."""
-    begin = time.process_time()
-    solve(FMU, task)
-    seconds = time.process_time() - begin
-    solved = solve(FMU, task, verify=True)
+def judged(solved: Solved, seconds: float) -> dict[str, Any]:
+    """Judge a move and its baselines by the reference model."""
     figures = plain(solved.figures())
-    true, moves = figures["reference"], {}
-    for name, rows in (("predicted", figures), ("true", true)):
-        moves[name] = {row["name"]: row for row in (rows["move"], *rows["baselines"])}
-    unshaped = moves["true"]["not shaped"]["settled_s"]
-    best = min(
-        (row["settled_s"] or np.inf for name, row in moves["true"].items() if "Z" in name),
-        default=np.inf,
-    )
-    settled = true["move"]["settled_s"] or np.inf
+    true, predicted = figures["reference"], figures["move"]
+    settled = {row["name"]: row["settled_s"] or np.inf for row in true["baselines"]}
+    plainly = settled.pop("not shaped")
+    mine, best = true["move"]["settled_s"] or np.inf, min(settled.values(), default=np.inf)
     return {
-        "move": true["move"]["name"],
-        "settled_s": settled,
-        "trapezoid_s": unshaped,
-        "best_shaper_s": best,
-        "earlier_than_trapezoid": 1 - settled / unshaped,
-        "earlier_than_best_shaper": 1 - settled / best,
+        "move": predicted["name"],
+        "settled_s": mine,
+        "earlier_than_plain": 1 - mine / plainly,
+        "earlier_than_best_shaper": 1 - mine / best,
         "residual": true["move"]["residual"],
-        "predicted": figures["move"]["residual"],
-        "with_margin": figures["move"]["residual_with_margin"],
+        "violation": true["move"]["residual"] > solved.task.tolerance,
+        "beyond_margin": true["move"]["residual"] > predicted["residual_with_margin"],
+        "rounds": figures["rounds"],
         "cpu_s": seconds,
     }
 
 
+def both_ways(fmu: Path, task: MoveTask) -> dict[str, Any]:
+    """Solve a task with and without verification; a refusal is its message."""
+    released, provenance = read_fmu(fmu)
+    reference = reference_of(fmu, provenance, released, task.parameters, quiet)
+    found: dict[str, Any] = {}
+    for way in ("unverified", "verified"):
+        begin = time.process_time()
+        try:
+            if way == "verified":
+                solved = solve(fmu, task, verify=True)
+                seconds = time.process_time() - begin
+            else:
+                problem = problem_of(released, task, factor_of(task, provenance))
+                chosen = answer(problem, task)
+                seconds = time.process_time() - begin
+                true = chosen.response.verified_by(reference)
+                moves = (chosen.move, *chosen.baselines)
+                truths = tuple(true.truth(move.motion) for move in moves)
+                solved = Solved(task, problem, chosen, truths)
+            found[way] = judged(solved, seconds)
+        except MotionError as refused:
+            found[way] = str(refused)
+    return found
+
+
 def measure(chosen: argparse.Namespace, bar: Stages) -> dict[str, Any]:
-    """Judge all moves, and say what they have in common."""
-    surrogate, rng = load(FMU), np.random.default_rng(chosen.seed)
-    rows, progress = [], bar("moves")
-    for done in range(chosen.moves):
-        progress(done, chosen.moves)
-        rows.append(judged(random_task(surrogate, rng)))
-    progress(chosen.moves, chosen.moves)
-    names = "earlier_than_trapezoid", "earlier_than_best_shaper", "residual", "cpu_s"
+    """Judge all moves of all FMUs, and say what they have in common."""
+    found: dict[str, Any] = {"seed": chosen.seed}
+    for name in chosen.fmu or TASKS:
+        fmu = ROOT / "fmus" / name / f"{name}.fmu"
+        task = read_task(ROOT / "docs" / "tutorials" / f"{TASKS[name]}.toml")
+        assert isinstance(task, MoveTask)
+        if chosen.margin_factor is not None:
+            task = task.model_copy(update={"margin_factor": chosen.margin_factor})
+        coordinates, rng = (
+            coordinates_of(read_fmu(fmu)[0].inputs),
+            np.random.default_rng(chosen.seed),
+        )
+        rows, progress = [], bar(name)
+        for done in range(chosen.moves):
+            progress(done, chosen.moves)
+            rows.append(both_ways(fmu, random_task(task, coordinates, rng)))
+        progress(chosen.moves, chosen.moves)
+        ways = {way: summary([row[way] for row in rows]) for way in ("unverified", "verified")}
+        found[name] = {**ways, "moves": rows}
+    return found
+
+
+def summary(rows: list[Any]) -> dict[str, Any]:
+    """Count violations, and give quantiles of the rest; refused tasks are counted apart."""
+    answers = [row for row in rows if isinstance(row, dict)]
+    counted = "violation", "beyond_margin"
+    names = "earlier_than_plain", "earlier_than_best_shaper", "residual", "rounds", "cpu_s"
     return {
-        "seed": chosen.seed,
-        **{name: _quantiles([row[name] for row in rows]) for name in names},
-        "within_margin": sum(row["residual"] <= row["with_margin"] for row in rows),
-        "optimised": sum(row["move"] == OPTIMISED for row in rows),
-        "moves": rows,
+        "answers": len(answers),
+        "refused": len(rows) - len(answers),
+        "optimised": sum(row["move"] == "optimised" for row in answers),
+        **{name: sum(row[name] for row in answers) for name in counted},
+        **{name: _quantiles([row[name] for row in answers]) for name in names if answers},
     }
 
 
@@ -95,6 +121,8 @@ def _quantiles(values: list[float]) -> dict[str, float]:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--moves", type=int, default=20)
+    parser.add_argument("--moves", type=int, default=20, help="number of moves of each FMU")
     parser.add_argument("--seed", type=int, default=CHOSEN_MOTIONS)
+    parser.add_argument("--fmu", choices=list(TASKS), action="append", help="one FMU; may repeat")
+    parser.add_argument("--margin-factor", type=float, help="in place of that in the FMUs")
     measure_and_write(parser, measure)

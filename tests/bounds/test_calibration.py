@@ -13,6 +13,7 @@ from slide_fmu.bounds.calibration import (
     factors_of,
     floors_of,
     scales_of,
+    shares_of,
     tolerances_of,
 )
 from slide_fmu.bounds.observations import Observations, thinned
@@ -80,6 +81,18 @@ def test_few_trajectories_with_large_errors_do_not_raise_thefloors_of() -> None:
     errors[:10, :, 1] *= 1000
     few = floors_of(Observations(other, other, other, errors, errors))
     np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
+
+
+def test_share_of_the_disagreement_is_the_part_that_the_surrogate_errs() -> None:
+    """A companion that is three times less accurate makes most of the disagreement."""
+    rng = np.random.default_rng(7)
+    errors = np.abs(rng.normal(size=(50, 200, 2)))
+    apart = np.abs(errors + rng.normal(size=errors.shape) * [3.0, 0.0])
+    other = np.zeros((50, 200, 1))
+    seen = Observations(other, other, other, apart, errors)
+    found = shares_of(seen)
+    np.testing.assert_allclose(found, [1 / np.sqrt(10), 1.0], rtol=0.1)
+    np.testing.assert_array_equal(seen.weighed(found).disagreement, found * apart)
 
 
 def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:

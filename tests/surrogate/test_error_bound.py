@@ -116,7 +116,7 @@ def test_bounds_with_floors_add_them_and_are_at_least_the_disagreement_everywher
     one, other = np.hypot(0.5 * bound.factors[1], bound.floors)
     for inside in (True, False):
         found = bound.bounds(trust, 0.95, np.full(3, inside))
-        expected = [[9.0, other], [one, 9.0], [2.0**MOST_EXPONENT, other]]
+        expected = [[9.0, other], [one, 0.5 * 9.0], [2.0**MOST_EXPONENT, other]]
         np.testing.assert_allclose(found, expected, rtol=1e-14)
 
 
@@ -284,6 +284,16 @@ def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArra
     assert bound is not None
     with refused(ValueError, "floors of an error bound", "expected 2 finite numbers"):
         replace(bound, floors=floors)
+
+
+@pytest.mark.parametrize(
+    "shares", [np.ones(3), np.array([1.0, 0.0]), np.array([1.1, 1.0]), np.array([np.nan, 1.0])]
+)
+def test_shares_of_the_disagreement_are_between_0_and_1(shares: FloatArray) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "shares of the disagreement", "expected 2 numbers above 0"):
+        replace(bound, shares=shares)
 
 
 def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:

@@ -34,6 +34,15 @@ SLOWER = (1.0, 1.5, 2.0, 3.0)
 STRIDE = 0.05
 """If a move leaves the domain, the next one takes longer by this fraction of its time."""
 
+ROUNDS = 8
+"""Largest number of plans that the reference model verifies."""
+
+TRIES = 2
+"""Largest number of plans for one duration: the second one makes up for the first one's error."""
+
+OPTIMISED = "optimised"
+"""Name of the moves that are no baselines."""
+
 LONGER = 1.1
 """Factor on the time of a profile along a curve whose samples break a limit or miss a point."""
 
@@ -47,12 +56,14 @@ class Found:
         move: the best one.
         baselines: the fastest profile, unshaped and with shapers.
         slower: factor on the shortest time of its profile, since faster ones leave the domain.
+        rounds: number of plans that the reference model has answered, if it verifies the move.
     """
 
     response: Response
     move: Move
     baselines: tuple[Move, ...]
     slower: float = 1.0
+    rounds: int = 0
 
 
 def ringing_shapers(problem: MoveProblem) -> tuple[Profiles, float, list[Shaper]]:
@@ -107,6 +118,8 @@ def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
     """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
     The whole move lies in the surrogate's domain: if no such move is found, slower ones are tried.
+    If the problem has a reference model, its response counts instead of margin and domain, and an
+    optimised move is settled when it arrives.
     The progress counts the durations tried.
 
     Raises:
@@ -129,43 +142,77 @@ def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
 def _first(problem: MoveProblem, progress: Progress) -> Found | None:
     """Find the move that settles first; None if moves leave the domain."""
     response, profile, known = baselines(problem)
-    times = [move.trusted(settled, response, problem.tolerance) for move in known]
-    first, seen = known[int(np.argmin(times))], list(known)
-    # an optimised move settles when it arrives, so it must end before the best baseline settles
-    last = min(int(np.searchsorted(response.output_time, min(times))), response.samples + 1)
+    tolerance, seen, rounds = problem.tolerance, list(known), 0
+
+    def time(move: Move) -> float:
+        verified = problem.reference is not None and move.name == OPTIMISED
+        late = verified and move.cost(residual, response, tolerance) > tolerance
+        return np.inf if late else move.trusted(settled, response, tolerance)
+
     margin = min(float(move.margin[move.end :].max()) for move in known)
-    allowed = PLANNED * (problem.tolerance - margin)
     begun = end = known[0].end
-    while allowed > 0 and end < last:
+    last = response.samples + 1
+    while margin < tolerance and rounds < ROUNDS:
+        # a move that ends when another one has settled is too late
+        first = min(map(time, seen))
+        last = min(last, int(np.searchsorted(response.output_time, first)))
+        if end >= last:
+            break
         progress(end - begun, last - begun)
-        begin = shaped_shares(response, profile, float(response.time[end]))
-        planned = shape(response, problem.limits, begin, end, allowed)
-        end += 1
-        if planned is None or planned.largest > allowed:
-            continue
-        if not problem.admits(response, planned.motion):
-            continue
-        seen.append(move := described(response, "optimised", planned.motion, planned.end))
-        if move.trusted(settled, response, problem.tolerance) < min(times):
-            progress(1, 1)
-            return Found(response, move, tuple(known), problem.slower)
-        if move.known < 1:  # one sample more would not help
-            end = planned.end + max(1, round(STRIDE * planned.end))
+        moves, response = _of_duration(problem, response, profile, end, margin)
+        seen += moves
+        rounds += 0 if problem.reference is None else len(moves)
+        # if one leaves the domain, one sample more would not help
+        inside = all(move.known == 1 for move in moves)
+        end += 1 if inside else max(1, round(STRIDE * end))
     progress(1, 1)
-    if np.isfinite(min(times)):
-        return Found(response, first, tuple(known), problem.slower)
+    if np.isfinite(time(best := min(seen, key=time))):
+        return Found(response, best, tuple(known), problem.slower, rounds)
     if any(move.known < 1 for move in seen):
         return None
-    raise MotionError(_nothing(problem, response, margin, known))
+    raise MotionError(_nothing(problem, response, margin, seen))
 
 
-def _nothing(problem: MoveProblem, response: Response, margin: float, known: list[Move]) -> str:
-    unit = problem.unit
-    least = min(move.cost(residual, response, problem.tolerance) for move in known)
+def _of_duration(
+    problem: MoveProblem, response: Response, profile: Profiles, end: int, margin: float
+) -> tuple[list[Move], Response]:
+    """Plan moves that end at a sample, until one is settled then; return all, and the response.
+
+    If a plan is not settled, the next one knows its margin, or with a reference model its error.
+    """
+    begin, found = shaped_shares(response, profile, float(response.time[end])), []
+    for _ in range(TRIES):
+        allowed = PLANNED * (problem.tolerance - margin)
+        planned = shape(response, problem.limits, begin, end, allowed) if allowed > 0 else None
+        if planned is None or planned.largest > allowed:
+            break
+        if not problem.admits(response, planned.motion):
+            break
+        found.append(move := described(response, OPTIMISED, planned.motion, end))
+        if problem.reference is not None:
+            response = response.corrected(move.motion, move.outputs)
+        if move.known < 1 or move.cost(residual, response, problem.tolerance) <= problem.tolerance:
+            break
+        margin = float(move.margin[end:].max())
+    return found, response
+
+
+def _nothing(problem: MoveProblem, response: Response, margin: float, seen: list[Move]) -> str:
+    unit = behind(problem.unit)
+    left = min(move.cost(residual, response, problem.tolerance) for move in seen)
+    if problem.reference is not None:
+        return not_within(problem, len(seen), left)
     return (
-        f"tolerance {problem.tolerance:g}{behind(unit)}; no move was found that settles within "
-        "it: the "
-        f"best of those tried leaves {least:.3g}{behind(unit)}, and after it predictions may be "
-        "off by "
-        f"{margin:.3g}{behind(unit)}: raise the tolerance"
+        f"tolerance {problem.tolerance:g}{unit}; no move was found that settles within it: the "
+        f"best of those tried leaves {left:.3g}{unit}, and after it predictions may be off by "
+        f"{margin:.3g}{unit}: raise the tolerance"
+    )
+
+
+def not_within(problem: MoveProblem, tried: int, left: float) -> str:
+    """Say that the reference model confirms no move, and how much the best one leaves."""
+    unit = behind(problem.unit)
+    return (
+        f"tolerance {problem.tolerance:g}{unit}; by the reference model, the best of {tried} "
+        f"moves leaves {left:.3g}{unit}; expected one within the tolerance: raise it"
     )

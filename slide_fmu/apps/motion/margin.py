@@ -13,6 +13,13 @@ from slide_fmu.surrogate.surrogate import Surrogate
 ESTIMATES = 2.0
 """Factor from an RMS error estimate to a 95 % margin, if there is no error bound."""
 
+MOST_AT_REST = 1.5
+"""Largest novelty of a known rest. Novelty compares means over time with those of motions, which
+rest nowhere for long; errors of moves between such rests were as small as of others."""
+
+AROUND_REST = 1.05
+"""Novelty about a rest, relative to it, that is known too: small vibrations add to its level."""
+
 
 @dataclass(frozen=True, eq=False)
 class Judged:
@@ -22,32 +29,49 @@ class Judged:
         margins: largest expected error, as a norm over the outputs, (N,): the error bound of 95 %;
             without one, twice the error estimate; without both, zero (``what_margins_are`` says
             which).
-        known: whether each sample is in the surrogate's domain, or, without an error bound, its
-            inputs in their ranges, (N,).
+        known: whether each sample is in the surrogate's domain, or hardly newer than rest at one
+            of both ends; without an error bound, whether its inputs are in their ranges, (N,).
     """
 
     margins: FloatArray
     known: NDArray[np.bool_]
 
 
-def judge(surrogate: Surrogate, sequences: FloatArray) -> list[Judged]:
+def judge(surrogate: Surrogate, sequences: FloatArray, factor: float = 1.0) -> list[Judged]:
     """Return the margins of predictions, and where the surrogate knows the inputs.
 
     Args:
         surrogate: the surrogate that predicts.
         sequences: inputs of whole motions, (B, N, n_inputs).
+        factor: factor on the margins.
     """
     if surrogate.bound is not None:
         found = surrogate.error_bounds_and_domain(sequences)
-        return [Judged(_norms(each), known) for each, known in found]
-    return [_estimated(surrogate, inputs) for inputs in sequences]
+        return [
+            Judged(factor * _norms(each), known if known.all() else _known(surrogate, inputs))
+            for (each, known), inputs in zip(found, sequences, strict=True)
+        ]
+    return [_estimated(surrogate, inputs, factor) for inputs in sequences]
 
 
-def _estimated(surrogate: Surrogate, inputs: FloatArray) -> Judged:
+def _known(surrogate: Surrogate, inputs: FloatArray) -> NDArray[np.bool_]:
+    """Return where a sequence, (N, n_inputs), is in the domain or hardly newer than its rests."""
+    rests = [min(novelty_at_rest(surrogate, end), MOST_AT_REST) for end in inputs[[0, -1]]]
+    known = surrogate.trust(inputs).novelty <= max(1.0, AROUND_REST * max(rests))
+    return np.asarray(known & surrogate.inputs_in_range(inputs))
+
+
+def novelty_at_rest(surrogate: Surrogate, inputs: FloatArray) -> float:
+    """Return the novelty of constant inputs, (n_inputs,), for a surrogate with an error bound."""
+    # the first input counts as constant before
+    return float(surrogate.trust(inputs[None]).novelty[0])
+
+
+def _estimated(surrogate: Surrogate, inputs: FloatArray, factor: float) -> Judged:
     """Judge a sequence, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
     if surrogate.estimates_errors:
-        return Judged(_norms(ESTIMATES * surrogate.estimate_error(inputs)), known)
+        return Judged(_norms(factor * ESTIMATES * surrogate.estimate_error(inputs)), known)
     return Judged(np.zeros(len(inputs)), known)
 
 
@@ -55,10 +79,11 @@ def _norms(each: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(each, axis=1))
 
 
-def what_margins_are(surrogate: Surrogate) -> str:
+def what_margins_are(surrogate: Surrogate, factor: float = 1.0) -> str:
     """Describe the margins of a surrogate in words."""
+    times = "" if factor == 1 else f", times the factor {factor:.3g} for optimised moves"
     if surrogate.bound is not None:
-        return "the error bound of 95 % confidence"
+        return f"the error bound of 95 % confidence{times}"
     if surrogate.estimates_errors:
-        return "twice the error estimate, since the FMU has no error bound"
+        return f"twice the error estimate{times}, since the FMU has no error bound"
     return "nothing, since the FMU has no error estimate"

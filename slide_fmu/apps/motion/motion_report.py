@@ -76,23 +76,35 @@ def _facts(solved: Solved) -> list[Fact]:
     text += f"{quantity(move.residual_with_margin, unit)}."
     facts.append(Fact("Predicted", quantity(move.residual, unit), text, inside))
     if true is not None:
-        text = f"The same by the reference model, {allowed}."
+        rounds = figures.rounds
+        done = f"Verified in {_rounds(rounds)}" if rounds else "The same"
+        text = f"{done} by the reference model, {allowed}."
         good = true.residual <= solved.task.tolerance
         facts.append(Fact("Reference model", quantity(true.residual, unit), text, good))
     return facts
 
 
 def remark_on_moves(solved: Solved) -> str | None:
-    """Say whether a baseline is the answer, and which moves the domain has excluded.
+    """Say whether it is verified, whether a baseline is the answer, and what the domain excludes.
 
-    It is None if an optimised move is the answer, and all moves lie in the domain.
+    It is None if an optimised move is the answer, unverified, and all moves lie in the domain.
     """
-    found, sentences = solved.found, []
+    found, sentences, figures = solved.found, [], solved.figures()
+    if found.rounds and figures.reference is not None:
+        true = figures.reference.move
+        unit = behind(solved.surrogate.outputs[0].unit)
+        sentences.append(
+            f"Verified in {_rounds(found.rounds)}: by the reference model, the move leaves "
+            f"{true.residual:.3g}{unit} of {solved.task.tolerance:g}{unit} that are allowed."
+        )
+        if found.move.known < 1:
+            sentences.append("It leaves the domain of the surrogate, where margins say nothing.")
     if found.move.name in {move.name for move in found.baselines}:
         sentences.append(
             f"No other move is better than a usual one: the answer is {found.move.name!r}."
         )
-    if outside := ", ".join(move.name for move in found.baselines if move.known < 1):
+    outside = ", ".join(move.name for move in found.baselines if move.known < 1)
+    if outside and not found.rounds:
         sentences.append(
             f"These leave the domain of the surrogate, so they are no answer: {outside}."
         )
@@ -102,6 +114,10 @@ def remark_on_moves(solved: Solved) -> str | None:
             f"{found.slower:g} times the time."
         )
     return " ".join(sentences) or None
+
+
+def _rounds(rounds: int) -> str:
+    return f"{rounds} round{'s' if rounds > 1 else ''} of planning"
 
 
 def _upper(title: str) -> str:

@@ -43,8 +43,8 @@ class Move:
         end: the sample from which on it stays at the goal.
         outputs: predicted, relative to rest at the goal, (count, n_outputs).
         margin: largest expected error, as a norm, (count,).
-        known: share of the samples until the end that are in the surrogate's domain; without an
-            error bound, in the ranges of its inputs.
+        known: share of the samples that the surrogate knows, of the move and of the response
+            after it (``Judged``).
     """
 
     name: str
@@ -109,10 +109,17 @@ def described(response: Response, name: str, motion: FloatArray, end: int) -> Mo
 
 
 def described_all(response: Response, named: Sequence[tuple[str, FloatArray, int]]) -> list[Move]:
-    """Evaluate motions, each with its name and the sample at which it ends."""
+    """Evaluate motions, each with its name and the sample at which it ends.
+
+    A response with a reference model gives its outputs, without margin and domain.
+    """
+    if response.reference is not None:
+        truths = [response.truth(motion) for _, motion, _ in named]
+        none = np.zeros(response.count)
+        return [Move(*one, truth, none, 1.0) for one, truth in zip(named, truths, strict=True)]
     motions, lead = np.stack([motion for _, motion, _ in named]), response.lead
     outputs = response.outputs(motions)
-    judged = judge(response.surrogate, response.inputs(motions))
+    judged = judge(response.surrogate, response.inputs(motions), response.margin_factor)
     return [
         Move(
             name,
@@ -120,7 +127,7 @@ def described_all(response: Response, named: Sequence[tuple[str, FloatArray, int
             end,
             outputs[i],
             judged[i].margins[lead:],
-            float(np.mean(judged[i].known[lead : lead + end + 1])),
+            float(np.mean(judged[i].known[lead:])),
         )
         for i, (name, motion, end) in enumerate(named)
     ]

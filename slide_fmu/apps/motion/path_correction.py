@@ -10,20 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.apps.motion.compensation import Compensated, compensate
-from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
+from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.apps.motion.path import read_path
-from slide_fmu.apps.motion.solve import reference_at, write_inputs
+from slide_fmu.apps.motion.set_points import curve_of_path, write_curve, write_inputs
+from slide_fmu.apps.motion.solve import reference_of
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
 from slide_fmu.core.progress import Stages, quiet_stages
-from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.simulation import simulate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,21 +150,23 @@ def correct(
     corrected = Corrected(surrogate, task, limits, found)
     if not verify:
         return corrected
-    progress, errors = bar("reference model"), []
-    make_models_importable(fmu)
-    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
-    for done, tried in enumerate((found.path, found.motion)):
-        progress(done, 2)
-        outputs = simulate(system, found.predictor.inputs(tried)).outputs[
-            found.predictor.lead + 1 :
-        ]
+    parameters, progress = task.parameters, bar("reference model")
+    simulated, errors = reference_of(fmu, provenance, released, parameters, progress), []
+    for tried in (found.path, found.motion):
+        outputs = simulated(found.predictor.inputs(tried))[found.predictor.lead + 1 :]
         errors.append(outputs + found.rigid(tried) - found.target)
-    progress(2, 2)
     return Corrected(surrogate, task, limits, found, *errors)
 
 
-def write_corrected(corrected: Corrected, path: Path) -> Path:
-    """Write the inputs of the corrected path as CSV, at the times of its samples from 0 on."""
-    found = corrected.found
-    inputs = inputs_of(found.predictor.coordinates, found.motion)
-    return write_inputs(corrected.surrogate, inputs, path)
+def write_corrected(corrected: Corrected, path: Path, rate: float | None = None) -> str | None:
+    """Write the corrected path as CSV, at the times of its samples from 0 on; return a remark.
+
+    Without a rate, rows are the inputs at the surrogate's step; else see ``write_curve``.
+    """
+    surrogate, motion = corrected.surrogate, corrected.found.motion
+    coordinates = corrected.found.predictor.coordinates
+    if rate is None:
+        write_inputs(surrogate, coordinates, motion, path)
+        return None
+    curve = curve_of_path(coordinates, motion, surrogate.window.step, corrected.limits)
+    return write_curve(surrogate, curve, rate, path)

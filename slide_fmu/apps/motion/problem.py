@@ -9,8 +9,9 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.limits import Limits
+from slide_fmu.apps.motion.margin import MOST_AT_REST, novelty_at_rest
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.response import Reference, Response
 from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
@@ -49,6 +50,9 @@ class MoveProblem:
             norm over all outputs.
         past: points to pass, if any.
         slower: factor on the shortest time of profiles.
+        margin_factor: factor on the margins of predictions.
+        reference: simulates the reference model, if moves are verified with it: then they have
+            its outputs, no margin, and no domain.
 
     Raises:
         MotionError: points, limits or tolerance are not valid numbers, one for each coordinate;
@@ -63,6 +67,8 @@ class MoveProblem:
     tolerance: float
     past: Past | None = None
     slower: float = 1.0
+    margin_factor: float = 1.0
+    reference: Reference | None = None
 
     def __post_init__(self) -> None:
         self._require_numbers()
@@ -132,15 +138,15 @@ class MoveProblem:
             MotionError: rest at the start lies outside the domain.
         """
         surrogate = self.surrogate
-        if surrogate.bound is None:
+        if surrogate.bound is None or self.reference is not None:
             return
-        inputs = inputs_of(coordinates_of(surrogate.inputs), self.start[None])
-        if not surrogate.in_domain(inputs)[0]:  # the first input counts as constant before
-            novelty = surrogate.trust(inputs).novelty[0]
+        inputs = inputs_of(coordinates_of(surrogate.inputs), self.start)
+        novelty = novelty_at_rest(surrogate, inputs)
+        if novelty > MOST_AT_REST:
             raise MotionError(
                 f"rest at the start {self.start.tolist()} is outside of the domain of the "
-                f"surrogate {surrogate.name!r} (novelty {novelty:.3g}; expected at most 1): its "
-                "error bound says nothing there; begin elsewhere"
+                f"surrogate {surrogate.name!r} (novelty {novelty:.3g}; expected at most "
+                f"{MOST_AT_REST:g}): its error bound says nothing there; begin elsewhere"
             )
 
     @property
@@ -161,4 +167,5 @@ class MoveProblem:
                 f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
                 f"raise {raised}, or lower duration or longest"
             )
-        return Response(self.surrogate, self.route, samples)
+        terms = self.margin_factor, self.reference
+        return Response(self.surrogate, self.route, samples, *terms)

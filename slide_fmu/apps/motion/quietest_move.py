@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.apps.motion.costs import residual
-from slide_fmu.apps.motion.earliest_move import Found, ringing_shapers, shaped_moves
+from slide_fmu.apps.motion.earliest_move import (
+    OPTIMISED,
+    Found,
+    not_within,
+    ringing_shapers,
+    shaped_moves,
+)
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
@@ -17,6 +23,9 @@ from slide_fmu.core.progress import Progress, quiet
 LEAST = 0.01
 """Smallest fraction of a plain move's residual that is planned."""
 
+ROUNDS = 4
+"""Largest number of plans that the reference model verifies."""
+
 
 def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) -> Found:
     """Find the move of a given time with the least residual; below the margin it counts as zero.
@@ -24,13 +33,12 @@ def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) 
     Args:
         problem: the move.
         duration: time in s in which the goal is reached.
-        progress: called at the beginning and at the end.
+        progress: called before every plan and at the end.
 
     Raises:
-        MotionError: the limits need more time, all moves leave the surrogate's domain, or as for
-            ``ringing_shapers``.
+        MotionError: the limits need more time, all moves leave the surrogate's domain, the
+            reference model confirms none, or as for ``ringing_shapers``.
     """
-    progress(0, 1)
     profile, least, rows = ringing_shapers(problem)
     step = problem.surrogate.window.step
     duration = step * np.floor(duration / step + 1e-9)
@@ -51,16 +59,28 @@ def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) 
 
     allowed = max(margin, LEAST * plain.cost(residual, response, problem.tolerance))
     begin = shaped_shares(response, profile, duration)
-    planned = shape(response, problem.limits, begin, plain.end, allowed)
-    found = list(known)
-    if planned is not None and problem.admits(response, planned.motion):
-        found.insert(0, described(response, "optimised", planned.motion, plain.end))
+    found, rounds, most = list(known), 0, 1 if problem.reference is None else ROUNDS
+    while rounds < most:
+        progress(rounds, most)
+        planned = shape(response, problem.limits, begin, plain.end, allowed)
+        if planned is None or not problem.admits(response, planned.motion):
+            break
+        rounds += 1
+        found.insert(0, move := described(response, OPTIMISED, planned.motion, plain.end))
+        if problem.reference is not None:
+            if left(move) <= allowed:
+                break
+            response = response.corrected(move.motion, move.outputs)
     progress(1, 1)
     best = min(found, key=left)
+    if problem.reference is None:
+        rounds = 0
+    elif left(best) > problem.tolerance:
+        raise MotionError(not_within(problem, len(found), left(best)))
     if not np.isfinite(left(best)):
         raise MotionError(
             f"all moves of {duration:g} s that were tried leave the domain of the surrogate "
             f"({percent(1 - best.known)} of the samples); outside its error bound says "
             "nothing: give the motion more time, or move start or goal"
         )
-    return Found(response, best, tuple(known))
+    return Found(response, best, tuple(known), rounds=rounds)

@@ -1,7 +1,9 @@
-"""The surrogate predicts the response to motions from rest to rest."""
+"""The surrogate predicts the response to motions from rest to rest; a reference may correct it."""
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +14,9 @@ from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
 
+Reference = Callable[[FloatArray], FloatArray]
+"""Simulates a reference model: from inputs (N, n_inputs) to outputs (N + 1, n_outputs)."""
+
 
 class Response:
     """A Response predicts motions of one length between two points. Final.
@@ -20,13 +25,24 @@ class Response:
         surrogate: the surrogate that predicts.
         route: the route of the motion, between the coordinates before it and after it.
         samples: longest motion in samples; the response after it covers one window.
+        margin_factor: factor on the margins of predictions.
+        reference: simulates the reference model, if the moves are verified with it.
 
     Raises:
         MotionError: as for ``Predictor``.
     """
 
-    def __init__(self, surrogate: Surrogate, route: Route, samples: int) -> None:
+    def __init__(
+        self,
+        surrogate: Surrogate,
+        route: Route,
+        samples: int,
+        margin_factor: float = 1.0,
+        reference: Reference | None = None,
+    ) -> None:
         self.surrogate, self.route, self.samples = surrogate, route, samples
+        self.margin_factor, self.reference = margin_factor, reference
+        self._correction: FloatArray | float = 0.0
         self._predictor = Predictor(surrogate, samples + surrogate.window.n_in)
 
     @property
@@ -89,7 +105,30 @@ class Response:
         They are (B, count, n_outputs), relative to rest at the goal. Before a motion the system
         rests at the start.
         """
-        return self._predictor.outputs(motions, self.start) - self.rest
+        return self._predictor.outputs(motions, self.start) - self.rest + self._correction
+
+    def truth(self, motion: FloatArray) -> FloatArray:
+        """Return the outputs of the reference model, (count, n_outputs), as for ``outputs``."""
+        assert self.reference is not None
+        outputs = self.reference(self.inputs(motion))[self.lead + 1 :]
+        return np.asarray(outputs - self._true_rest)
+
+    @cached_property
+    def _true_rest(self) -> FloatArray:
+        assert self.reference is not None
+        resting = np.tile(self.goal, (self.lead, 1))
+        return np.asarray(self.reference(inputs_of(self.coordinates, resting))[-1])
+
+    def corrected(self, motion: FloatArray, truth: FloatArray) -> Response:
+        """Return the same response with what its outputs lack along a motion added to them."""
+        found = copy.copy(self)
+        found._correction = self._correction + truth - self.outputs(motion[None])[0]
+        return found
+
+    def verified_by(self, reference: Reference | None) -> Response:
+        """Return the response without corrections, and with another reference or none."""
+        found = Response(self.surrogate, self.route, self.samples, self.margin_factor, reference)
+        return found
 
     def missed(self, motion: FloatArray) -> float:
         """Return the largest miss of a point of its route, relative to the tolerance."""

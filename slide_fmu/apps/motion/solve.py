@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.apps.motion.app import MARGIN_FACTOR, check_table
 from slide_fmu.apps.motion.choice import MoveFamily, choose
-from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
+from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import COSTS
 from slide_fmu.apps.motion.earliest_move import Found, earliest
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import what_margins_are
-from slide_fmu.apps.motion.move import Move, MoveFigures
+from slide_fmu.apps.motion.move import Move, MoveFigures, described_all
 from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.quietest_move import quietest
+from slide_fmu.apps.motion.response import Reference
+from slide_fmu.apps.motion.set_points import curve_of_move, write_curve, write_inputs
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
-from slide_fmu.core.files import write_whole
-from slide_fmu.core.progress import Stages, quiet_stages
+from slide_fmu.core.progress import Progress, Stages, quiet, quiet_stages
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -48,6 +51,7 @@ class SolvedFigures(TrueMoves):
         task: the task as in its file.
         margin_is: description of the margins.
         slower: factor on the shortest time of the fastest profile.
+        rounds: number of plans that the reference model has answered, if it verifies the move.
         reference: the same moves by the reference model, if requested.
     """
 
@@ -55,6 +59,7 @@ class SolvedFigures(TrueMoves):
     task: MoveTask
     margin_is: str
     slower: float
+    rounds: int
     reference: TrueMoves | None = optional()
 
 
@@ -63,16 +68,25 @@ class Solved:
     """Solved is a task with its answer.
 
     Attributes:
-        surrogate, task, limits, found: the surrogate, the task, its limits, and the result.
+        task, problem, found: the task, its problem, and the result as the surrogate predicts it.
         truths: outputs of the reference model relative to rest at the goal, (count, n_outputs),
             for the move and then the baselines; empty if not requested.
     """
 
-    surrogate: Surrogate
     task: MoveTask
-    limits: Limits
+    problem: MoveProblem
     found: Found
     truths: tuple[FloatArray, ...]
+
+    @property
+    def surrogate(self) -> Surrogate:
+        """The surrogate, at the parameters of the task."""
+        return self.problem.surrogate
+
+    @property
+    def limits(self) -> Limits:
+        """The limits of the task."""
+        return self.problem.limits
 
     @property
     def moves(self) -> tuple[Move, ...]:
@@ -80,10 +94,10 @@ class Solved:
         return (self.found.move, *self.found.baselines)
 
     def true_moves(self) -> list[Move]:
-        """The same moves with outputs of the reference model, which have no margin."""
+        """Return the same moves with outputs of the reference model, which have no margin."""
         return [
-            Move(m.name, m.motion, m.end, truth, np.zeros(len(truth)), m.known)
-            for m, truth in zip(self.moves, self.truths, strict=bool(self.truths))
+            replace(move, outputs=truth, margin=np.zeros(len(truth)))
+            for move, truth in zip(self.moves, self.truths, strict=bool(self.truths))
         ]
 
     def figures(self) -> SolvedFigures:
@@ -93,8 +107,9 @@ class Solved:
         return SolvedFigures(
             fmu=self.surrogate.name,
             task=self.task,
-            margin_is=what_margins_are(self.surrogate),
+            margin_is=what_margins_are(self.surrogate, self.problem.margin_factor),
             slower=self.found.slower,
+            rounds=self.found.rounds,
             move=self.found.move.figures(*terms),
             baselines=tuple(move.figures(*terms) for move in self.found.baselines),
             reference=TrueMoves(move=true[0], baselines=tuple(true[1:])) if true else None,
@@ -110,44 +125,105 @@ def solve(
         fmu: an FMU of slide-fmu.
         task: the task.
         seed: seed of the candidates, if some are drawn.
-        verify: whether to simulate the reference model for the result and its baselines.
+        verify: whether to simulate the reference model for the result and its baselines. The
+            earliest and the quietest move are then the best by the reference model.
         bar: opens the progress of a stage.
 
     Raises:
         FmuError: the file is not an FMU of slide-fmu.
         MotionError: the task does not fit the FMU, or has no answer.
+        RecipeError: the FMU carries a margin factor that is not a number above 0.
         LoadError: the reference model is not installed here.
         SimulationError: it could not be simulated.
     """
     released, provenance = read_fmu(fmu)
+    problem = problem_of(released, task, factor_of(task, provenance))
+    if not verify:
+        return Solved(task, problem, answer(problem, task, seed, bar("motions")), ())
+    simulated = reference_of(fmu, provenance, released, task.parameters, bar("reference model"))
+    if task.kind != "choose":
+        found = answer(replace(problem, reference=simulated), task, seed, bar("motions"))
+    else:
+        found = answer(problem, task, seed, bar("motions"))
+    moves, response = (found.move, *found.baselines), found.response.verified_by(None)
+    if task.kind == "choose":
+        true = found.response.verified_by(simulated)
+        return Solved(task, problem, found, tuple(true.truth(move.motion) for move in moves))
+    named = [(move.name, move.motion, move.end) for move in moves]
+    move, *others = described_all(response, named)
+    found = replace(found, response=response, move=move, baselines=tuple(others))
+    return Solved(task, problem, found, tuple(move.outputs for move in moves))
+
+
+def problem_of(released: Surrogate, task: MoveTask, factor: float) -> MoveProblem:
+    """Return the problem of a task, with a factor on all margins.
+
+    Raises:
+        MotionError: the task does not fit the surrogate.
+    """
     surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
-    (start, goal), limits = task.points(coordinates), limits_of(task.limits, coordinates)
+    points, limits = task.points(coordinates), limits_of(task.limits, coordinates)
     past = task.past(coordinates)
-    problem = MoveProblem(surrogate, start, goal, limits, task.tolerance, past)
-    progress = bar("motions")
+    return MoveProblem(surrogate, *points, limits, task.tolerance, past, margin_factor=factor)
+
+
+def answer(
+    problem: MoveProblem, task: MoveTask, seed: int = 0, progress: Progress = quiet
+) -> Found:
+    """Choose the motion of a problem as its task asks; candidates are drawn with a seed.
+
+    Raises:
+        MotionError: no motion is an answer.
+    """
     if task.kind == "earliest":
-        found = earliest(problem, progress)
-    elif task.kind == "quietest":
+        return earliest(problem, progress)
+    if task.kind == "quietest":
         assert task.duration is not None
-        found = quietest(problem, task.duration, progress)
-    else:
-        family = MoveFamily(task.candidates, task.longest, seed)
-        found = choose(problem, COSTS[task.minimise], family, progress)
-    solved = Solved(surrogate, task, limits, found, ())
-    if not verify:
-        return solved
+        return quietest(problem, task.duration, progress)
+    family = MoveFamily(task.candidates, task.longest, seed)
+    return choose(problem, COSTS[task.minimise], family, progress)
+
+
+def factor_of(task: MoveTask, provenance: Provenance | None) -> float:
+    """Return the factor on margins: of the task, or else of the recipe that an FMU carries.
+
+    Raises:
+        RecipeError: the recipe has a factor that is not a number above 0.
+    """
+    if task.margin_factor is not None:
+        return task.margin_factor
+    recipe = tomllib.loads(str((provenance or {}).get("recipe", "")))
+    table = recipe.get("apps", {}).get("motion", {})
+    check_table(table)
+    return float(table.get(MARGIN_FACTOR, 1.0))
+
+
+def reference_of(
+    fmu: Path,
+    provenance: Provenance | None,
+    released: Surrogate,
+    parameters: Mapping[str, float],
+    progress: Progress,
+) -> Reference:
+    """Return a function that simulates the reference model of an FMU, and counts simulations.
+
+    Raises:
+        LoadError: the reference model is not installed here.
+    """
     make_models_importable(fmu)
-    progress, truths = bar("reference model"), []
-    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, task.parameters)
-    resting = np.tile(inputs_of(coordinates, goal[None]), (found.response.lead, 1))
-    rest = simulate(system, resting).outputs[-1]
-    for done, move in enumerate(solved.moves):
-        progress(done, len(solved.moves))
-        outputs = simulate(system, found.response.inputs(move.motion)).outputs
-        truths.append(outputs[found.response.lead + 1 :] - rest)
-    progress(len(solved.moves), len(solved.moves))
-    return Solved(surrogate, task, limits, found, tuple(truths))
+    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, parameters)
+    done = 0
+
+    def simulated(inputs: FloatArray) -> FloatArray:
+        nonlocal done
+        progress(done, done + 1)
+        outputs = simulate(system, inputs).outputs
+        done += 1
+        progress(done, done)
+        return outputs
+
+    return simulated
 
 
 def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, float]) -> System:
@@ -165,19 +241,15 @@ def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, floa
     return case_of(recipe.at({**starts, **values})).reference
 
 
-def write_set_points(solved: Solved, path: Path) -> Path:
-    """Write the inputs of the move as CSV, from the last sample of rest to the first one after."""
-    response, move = solved.found.response, solved.found.move
-    inputs = response.inputs(move.motion)[response.lead - 1 : response.lead + move.end + 1]
-    return write_inputs(solved.surrogate, inputs, path)
+def write_set_points(solved: Solved, path: Path, rate: float | None = None) -> str | None:
+    """Write the move as CSV, from the last sample of rest to the first one after; return a remark.
 
-
-def write_inputs(surrogate: Surrogate, inputs: FloatArray, path: Path) -> Path:
-    """Write inputs (N, n_inputs) as CSV: times in s from 0 on, then one column for each input."""
-    names = ",".join(["time", *(signal.name for signal in surrogate.inputs)])
-    rows = [
-        ",".join(f"{value:.12g}" for value in (surrogate.window.step * k, *row))
-        for k, row in enumerate(inputs)
-    ]
-    write_whole(path, ("\n".join([names, *rows]) + "\n").encode())
-    return path
+    Without a rate, rows are the inputs at the surrogate's step; else see ``write_curve``.
+    """
+    surrogate, response, move = solved.surrogate, solved.found.response, solved.found.move
+    samples = np.concatenate([response.start[None], move.motion[: move.end + 1]])
+    if rate is None:
+        write_inputs(surrogate, response.coordinates, samples, path)
+        return None
+    curve = curve_of_move(response.coordinates, samples, response.step, solved.limits)
+    return write_curve(surrogate, curve, rate, path)

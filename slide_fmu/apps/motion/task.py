@@ -58,6 +58,7 @@ class MoveTask(Table):
         minimise: cost by which candidates are chosen.
         candidates: number of candidates.
         longest: time of the slowest candidates, as a multiple of the time that the limits need.
+        margin_factor: factor on the margins of predictions; of the FMU's recipe if None.
         limits: limits of the motion.
         parameters: physical parameters of the surrogate, by name.
     """
@@ -72,6 +73,7 @@ class MoveTask(Table):
     minimise: Literal["settled", "residual", "largest"] = "settled"
     candidates: PositiveInt = 10000
     longest: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
+    margin_factor: PositiveFloat | None = None
     limits: LimitsTable = LimitsTable()
     parameters: Parameters = Field(default_factory=dict)
 

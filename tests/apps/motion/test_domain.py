@@ -59,8 +59,10 @@ def with_domain(problem: MoveProblem, slower: float = 1.4) -> MoveProblem:
 def require_in_domain(problem: MoveProblem, move: Move) -> None:
     coordinates, surrogate = coordinates_of(problem.surrogate.inputs), problem.surrogate
     lead = np.tile(problem.start, (surrogate.window.n_in, 1))
-    inputs = inputs_of(coordinates, np.concatenate([lead, move.motion[: move.end]]))
-    assert surrogate.in_domain(inputs)[len(lead) :].all()
+    inputs = inputs_of(coordinates, np.concatenate([lead, move.motion]))
+    rests = [surrogate.trust(np.tile(inputs[at], (9, 1))).novelty[-1] for at in (0, -1)]
+    known = max(1, 1.05 * max(rests))
+    assert surrogate.trust(inputs).novelty[len(lead) :].max() <= known
     assert problem.limits.kept(problem.start, move.motion, surrogate.window.step)
 
 
@@ -129,12 +131,19 @@ def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
         choose(hard, settled, MoveFamily(40, 1.0, 0))
 
 
-@pytest.mark.parametrize("kind", ["earliest", "quietest", "choose"])
-def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -> None:
-    """It rests far out, and the limits are those of the range alone."""
+def duffing_problem(start: float, limits_of_domain: float = 1.0) -> MoveProblem:
+    """A force that jumps; the limits of the released domain are multiplied by a factor."""
     duffing = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
+    assert duffing.bound is not None
+    bound = replace(duffing.bound, limits=limits_of_domain * duffing.bound.limits)
     limits = Limits(np.array([-1000.0]), np.array([1000.0]), FREE, FREE, FREE)
-    problem = MoveProblem(duffing, np.array([-1000.0]), np.array([600.0]), limits, 2e-3)
+    surrogate = replace(duffing, bound=bound)
+    return MoveProblem(surrogate, np.array([start]), np.array([600.0]), limits, 5e-3)
+
+
+@pytest.mark.parametrize("kind", ["earliest", "quietest", "choose"])
+def test_a_start_that_a_surrogate_does_not_know_is_refused(kind: str) -> None:
+    problem = duffing_problem(-1000.0, 0.1)
     searches = {
         "earliest": lambda: earliest(problem),
         "quietest": lambda: quietest(problem, 0.6),
@@ -142,6 +151,13 @@ def test_a_start_that_the_released_duffing_does_not_know_is_refused(kind: str) -
     }
     with refused(MotionError, "[-1000.0] is outside", "start [-1000.0]"):
         searches[kind]()
+
+
+def test_a_long_rest_that_no_training_had_belongs_to_the_domain() -> None:
+    """Novelty compares means over time, so it is above 1 at rest far out."""
+    problem = duffing_problem(-800.0)
+    assert problem.surrogate.trust(problem.start[None]).novelty[0] > 1
+    require_in_domain(problem, earliest(problem).move)
 
 
 def test_a_move_of_the_released_duffing_without_limits_ends_in_its_domain() -> None:

@@ -113,13 +113,16 @@ class Implicit(Method):
         guess, free = now.copy(), np.zeros(len(now), dtype=bool)
         for k in back:
             free[loop.places[k]] = True
-        loop.step(once, time, length, now, stepped)
+        once.sort(key=lambda k: len(loop.components[k].linked) > 0)  # sources come first
+        now = self._evaluate(loop, once, (time, length), now, stepped, in_turn=True)
         states = loop.save(back)
         try:
             for number in range(1, self._most + 1):
                 if number > 1:
                     loop.restore(states)
-                now = self._evaluate(loop, back, (time, length), now, stepped)
+                now = self._evaluate(
+                    loop, back, (time, length), now, stepped, in_turn=not self._newton
+                )
                 given = loop.given(stepped)
                 left = np.where(free, now - given, 0.0)
                 if np.all(np.abs(left) <= self._tolerance * np.maximum(loop.sizes, np.abs(now))):
@@ -131,26 +134,28 @@ class Implicit(Method):
             loop.free(states)
         raise _endless(loop, trial)
 
+    @staticmethod
     def _evaluate(
-        self,
         loop: Loop,
-        back: list[int],
+        which: list[int],
         when: tuple[float, float],
         now: FloatArray,
         stepped: StepOutputs,
+        in_turn: bool,
     ) -> FloatArray:
-        """Take a step, and return the linked inputs that were used.
+        """Take a step with some components, and return the linked inputs that were used.
 
-        Without derivatives, a component sees the new outputs of those before it.
+        In turn, each of them sees the new outputs of those before it.
         """
-        if self._newton:
-            loop.step(back, *when, now, stepped)
+        if not in_turn:
+            loop.step(which, *when, now, stepped)
             return now
-        for k in back:
+        open_ = np.ones(len(now), dtype=bool)
+        for k in which:
             loop.step([k], *when, now, stepped)
-            part, later = loop.parts[k], loop.places[k].stop
-            new = [part.start <= s < part.stop and i >= later for i, s in enumerate(loop.sources)]
-            now = np.where(new, loop.given(stepped), now)
+            part, open_[loop.places[k]] = loop.parts[k], False
+            new = [part.start <= source < part.stop for source in loop.sources]
+            now = np.where(open_ & new, loop.given(stepped), now)
         return now
 
     def _newtons(self, loop: Loop, trial: _Trial) -> FloatArray:

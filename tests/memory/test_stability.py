@@ -227,8 +227,8 @@ def test_problem_names_the_parameters_and_none_stays_none() -> None:
         def at(self, corner: object) -> Surrogate:
             return self._of
 
-    features = {f: np.ones((2, 60, 1), np.float32) * f for f in RECIPE.stability.amplitudes}
-    features[1.0] = np.ones((2, 60, 1), np.float32)
+    known, factors = surrogate_of(network_of(scalar_cell(0.5))), {1.0, *AMPLITUDES}
+    features = {f: stability.excited_features(known, RECIPE, SYSTEM, f) for f in factors}
     for pole, wanted in ((0.5, None), (1.5, "with mass = 2, ")):
         found = stability._tests_at({"mass": 2.0}, AtAny(scalar_cell(pole)), features, RECIPE)  # type: ignore[arg-type]
         assert [test.problem and test.problem[:15] for test in found] == [wanted] * len(found)

@@ -95,7 +95,8 @@ def fit_bound(
     head, history = fit_head(mixes, recipe, checkpoint, device, progress)
     floors, shares = floors_of(calibration), shares_of(calibration)
     calibrations = [mix.weighed(shares) for mix in calibrations]
-    factors = np.maximum.reduce([factors_of(head, floors, mix) for mix in calibrations])
+    kinds = splits[1].kinds
+    factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = domain_limits(learnt.watched, calibration.watched, recipe.domain_alarms)
     usual = factors[CONFIDENCES.index(USUAL_CONFIDENCE)]

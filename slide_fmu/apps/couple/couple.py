@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.component import OURS, Inputs, inputs_of, opened
+from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, opened
 from slide_fmu.apps.couple.control import Control, run_steps
 from slide_fmu.apps.couple.exchange import fixed_step
 from slide_fmu.apps.couple.initialization import initialized, instance_of
@@ -158,7 +158,7 @@ def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
     """Return the outputs of a component; of an FMU of ours, only what it was trained to give."""
     description = system.descriptions[name]
     names = system.names(name, "output")
-    if not str(description.generationTool or "").startswith(OURS):
+    if not is_ours(description):
         return names
     number = BY_KEY["OUTPUT"].number
     references = {v.name: v.valueReference for v in description.modelVariables}

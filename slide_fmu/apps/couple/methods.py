@@ -19,6 +19,10 @@ SLOW = 3
 """Iterations of a step after which Newton's method measures its derivatives again."""
 
 
+CLEAR = 10.0
+"""Corrections smaller than this number of tolerances show rounding rather than derivatives."""
+
+
 class Solution(NamedTuple):
     """A Solution has the outputs of a step, the linked inputs, and the number of iterations.
 
@@ -125,7 +129,10 @@ class Implicit(Method):
                 )
                 given = loop.given(stepped)
                 left = np.where(free, now - given, 0.0)
-                if np.all(np.abs(left) <= self._tolerance * np.maximum(loop.sizes, np.abs(now))):
+                allowed = self._tolerance * np.maximum(loop.sizes, np.abs(now))
+                if np.all(np.abs(left) <= np.maximum(allowed, loop.rounding)):
+                    if number > SLOW:
+                        self._jacobian = None
                     return Solution(stepped, now, number, guess, np.where(free, now, given))
                 trial = _Trial(time, length, states, now, stepped, left, number)
                 change = self._newtons(loop, trial) if self._newton else self._relaxed(loop, trial)
@@ -165,9 +172,10 @@ class Implicit(Method):
             self._jacobian, self._length = self._derivatives(loop, trial), trial.length
         elif trial.number > 1:
             weighted = self._last / _sizes(loop) ** 2
-            rise = trial.left - self._left - self._jacobian @ self._last
-            update = np.outer(rise, weighted) / (weighted @ self._last)
-            self._jacobian = self._jacobian + update
+            square = float(weighted @ self._last)
+            if square > (CLEAR * self._tolerance) ** 2:
+                rise = trial.left - self._left - self._jacobian @ self._last
+                self._jacobian = self._jacobian + np.outer(rise, weighted) / square
         change: FloatArray = np.asarray(-np.linalg.solve(self._jacobian, trial.left), np.float64)
         self._left, self._last = trial.left, change
         return change
@@ -175,7 +183,7 @@ class Implicit(Method):
     @staticmethod
     def _derivatives(loop: Loop, trial: _Trial) -> FloatArray:
         """Return the derivatives of what is left, by the linked inputs."""
-        own = [k for k in trial.states if loop.components[k].has_slopes]
+        own = [k for k in trial.states if loop.components[k].has_slopes(trial.length)]
         others = [k for k in trial.states if k not in own]
         loop.restore(trial.states)
         loop.step(own, trial.time, trial.length, trial.now, trial.stepped, slopes=True)

@@ -134,7 +134,7 @@ def test_discrete_output_is_held_over_the_next_step(
 def test_implicit_steps_stay_stable_at_twenty_times_the_longest_explicit_step(
     halves: dict[str, Path],
 ) -> None:
-    """A body of 12 kg with an offset comes to rest; explicit steps of 12 ms let it swing without end."""
+    """A body of 12 kg with an offset comes to rest; explicit steps of 12 ms let it swing on."""
     free: dict[str, Any] = {
         "inputs": {"lower.road": 0.0},
         "parameters": {"upper.mass": 12.0, "upper.start": 0.01},

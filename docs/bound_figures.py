@@ -28,7 +28,7 @@ Series = dict[str, np.ndarray]
 
 
 def simulated() -> Series:
-    """Return error, bound and disagreement in m, and the novelty, with a change in the middle."""
+    """Return error, bound and disagreement in m, and the flag, with a change in the middle."""
     surrogate = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     step, bound = surrogate.window.step, surrogate.bound
     assert bound is not None
@@ -41,14 +41,14 @@ def simulated() -> Series:
         "error": np.abs(surrogate.predict_newest(force) - true)[:, 0],
         "bound": surrogate.error_bounds(force, 0.95)[:, 0],
         "disagreement": (trust.disagreement * surrogate.output_scaling.scale)[:, 0],
-        "novelty": trust.novelty,
+        "trusted": surrogate.trusted(force),
     }
 
 
 def draw_over_time(found: Series) -> None:
-    """Draw error and bound around the change, and the time in which the FMU says no."""
+    """Draw error and bound around the change, and the time in which the FMU is not trusted."""
     at = slice(COUNT - SHOWN, COUNT + SHOWN)
-    time, outside = found["time"][at], found["novelty"][at] > 1
+    time, outside = found["time"][at], ~found["trusted"][at]
     figure, axes = plt.subplots(figsize=(6.6, 3), layout="constrained")
     axes.fill_between(
         time, 0, 1, where=outside, color=theme.SHADE, lw=0, transform=axes.get_xaxis_transform()
@@ -58,7 +58,7 @@ def draw_over_time(found: Series) -> None:
     axes.axvline(0, color=theme.INK, lw=1, ls=":")
     text = {"color": theme.INK, "ha": "center", "transform": axes.get_xaxis_transform()}
     axes.text(time[0] / 2, 1.02, "force in range", **text)
-    axes.text(time[-1] / 2, 1.02, f"force {BEYOND:g} times as large: in_domain is false", **text)
+    axes.text(time[-1] / 2, 1.02, f"force {BEYOND:g} times as large: trusted is false", **text)
     axes.set(xlabel="time / s", ylabel="m", xlim=(time[0], time[-1]), ylim=(1e-6, 0.3))
     axes.legend(loc="lower right", ncols=2)
     theme.save(figure, ROOT / "docs" / "bound_over_time.svg")
@@ -127,8 +127,8 @@ def main() -> None:
     ranges = {"in range": slice(300, COUNT), "beyond": slice(COUNT + 20, None)}
     for name, at in ranges.items():
         covered = 100 * np.mean(found["error"][at] <= found["bound"][at])
-        outside = 100 * np.mean(found["novelty"][at] > 1)
-        print(f"{name}: {covered:.1f} % covered, {outside:.1f} % outside of the domain")
+        flagged = 100 * np.mean(~found["trusted"][at])
+        print(f"{name}: {covered:.1f} % covered, {flagged:.1f} % not trusted")
 
 
 if __name__ == "__main__":

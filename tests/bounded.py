@@ -79,8 +79,10 @@ def with_tolerances(surrogate: Surrogate, share: float = 1.0) -> Surrogate:
     bound = surrogate.bound
     assert bound is not None
     tolerances = share * bound.factors_at(0.95) * np.linspace(0.8, 1.2, bound.companion.n_values)
-    floors, quietest = 0.3 * tolerances[::-1], np.linspace(-6.0, 0.0, bound.n_logarithms)
-    tolerant = replace(bound, tolerances=tolerances, floors=floors, quietest=quietest)
+    floors, shares = 0.3 * tolerances[::-1], np.linspace(1.0, 0.5, len(tolerances))
+    quietest = np.linspace(-6.0, 0.0, bound.n_logarithms)
+    parts = {"tolerances": tolerances, "floors": floors, "shares": shares, "quietest": quietest}
+    tolerant = replace(bound, **parts)
     return replace(surrogate, bound=tolerant)
 
 

@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.bounds.observations import Observations, samples_of
 from slide_fmu.core.block_means import N_BLOCKS, block_means
@@ -38,6 +39,12 @@ usual error in the median trajectory. It covers small errors on kinds of input t
 never seen. Where few kinds have far larger errors than the others, the first alone would make all
 other bounds wide."""
 
+UNEVEN, COMMON = 1.6, 3
+"""Samples of one kind of input in the mix may lie above their bound more often than all samples,
+but at most by the first factor. Without this limit, a user who drives the machine by the kind with
+the largest errors alone would get less than the bound promises. It counts for kinds that have the
+second factor times the least number of trajectories: with fewer, chance makes bounds too large."""
+
 LEAST_FACTOR = 0.5
 """Least factor over the factor without floors and disagreement. Where both cover enough samples of
 the calibration, the head must still count: other kinds of input have larger errors."""
@@ -59,12 +66,28 @@ def floors_of(calibration: Observations) -> FloatArray:
     return np.asarray(np.minimum(FLOOR * calibration.usual_errors(), FLOOR_OF_MEDIAN * median))
 
 
-def factors_of(head: FeedForward, floors: FloatArray, calibration: Observations) -> FloatArray:
+def shares_of(calibration: Observations) -> FloatArray:
+    """Return which share of the disagreement is the surrogate's own error, (n_outputs,).
+
+    The rest is the companion's error. Both are compared by their 95 % quantiles. The share is at
+    most 1.
+    """
+    disagreement = samples_of(calibration.disagreement)[:, 0]
+    usual = np.quantile(disagreement, USUAL_CONFIDENCE, axis=0)
+    return np.asarray(calibration.usual_errors() / np.maximum(usual, calibration.usual_errors()))
+
+
+def factors_of(
+    head: FeedForward, floors: FloatArray, calibration: Observations, kinds: NDArray[np.int64]
+) -> FloatArray:
     """Return the factors for all confidences, (3, n_outputs).
 
-    The floors have the shape (n_outputs,). Each sample is covered from some factor on
-    (``floored``), and these factors are the ratios for ``conformal_factors``. See
-    ``LEAST_FACTOR`` too.
+    They cover all trajectories together with the confidence, and those of each kind of input that
+    has enough of them with a lower one (``UNEVEN``). The kinds have the shape (n_trajectories,).
+
+    The floors have the shape (n_outputs,); the disagreement of the calibration is weighed. Each
+    sample is covered from some factor on (``floored``), and these factors are the ratios for
+    ``conformal_factors``. See ``LEAST_FACTOR`` too.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
     """
@@ -79,13 +102,25 @@ def factors_of(head: FeedForward, floors: FloatArray, calibration: Observations)
         [
             np.full(n_outputs, NO_BOUND)
             if confidence > USUAL_CONFIDENCE and confidence not in enough
-            else np.maximum(
-                conformal_factors(ratios, confidence),
-                LEAST_FACTOR * conformal_factors(without, confidence),
+            else np.maximum.reduce(
+                [
+                    conformal_factors(ratios, confidence),
+                    LEAST_FACTOR * conformal_factors(without, confidence),
+                    *_factors_of_kinds(ratios, kinds, 1 - UNEVEN * (1 - confidence)),
+                ]
             )
             for confidence in CONFIDENCES
         ]
     )
+
+
+def _factors_of_kinds(
+    ratios: FloatArray, kinds: NDArray[np.int64], confidence: float
+) -> list[FloatArray]:
+    """Return the factors of each kind of input alone, if its trajectories suffice for that."""
+    parts = [ratios[kinds == kind] for kind in np.unique(kinds)]
+    least = least_trajectories(confidence)
+    return [conformal_factors(part, confidence) for part in parts if len(part) >= COMMON * least]
 
 
 def conformal_factors(ratios: FloatArray, confidence: float) -> FloatArray:

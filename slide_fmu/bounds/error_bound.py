@@ -18,6 +18,7 @@ from slide_fmu.bounds.calibration import (
     factors_of,
     floors_of,
     scales_of,
+    shares_of,
     span_factors,
     tolerances_of,
 )
@@ -92,8 +93,10 @@ def fit_bound(
     quietest = np.quantile(flat, QUIETEST, axis=0)
     mixes, calibrations = ([mix.heard(quietest) for mix in of] for of in (mixes, calibrations))
     head, history = fit_head(mixes, recipe, checkpoint, device, progress)
-    floors = floors_of(calibration)
-    factors = np.maximum.reduce([factors_of(head, floors, mix) for mix in calibrations])
+    floors, shares = floors_of(calibration), shares_of(calibration)
+    calibrations = [mix.weighed(shares) for mix in calibrations]
+    kinds = splits[1].kinds
+    factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
     n_outputs = calibration.errors.shape[2]
     limits = domain_limits(learnt.watched, calibration.watched, recipe.domain_alarms)
     usual = factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
@@ -104,4 +107,4 @@ def fit_bound(
         rms = scales_of(head, calibration.afterwards)[..., n_outputs:]
         estimate = SpanEstimate(block, span_factors(calibration.errors, rms, block))
     parts = companion, head, blocks, factors, limits, surrogate.estimator, estimate
-    return ErrorBound(*parts, tolerances, floors, quietest), history
+    return ErrorBound(*parts, tolerances, floors, shares, quietest), history

@@ -42,6 +42,10 @@ class Observations:
         )
         return replace(self, statistics=statistics, afterwards=afterwards)
 
+    def weighed(self, shares: FloatArray) -> Observations:
+        """Return the same with the shares, (n_outputs,), of the disagreement."""
+        return replace(self, disagreement=shares * self.disagreement)
+
     def usual_errors(self) -> FloatArray:
         """Return the 95 % quantile of every output's errors, (n_outputs,), which is positive."""
         usual = np.quantile(samples_of(self.errors)[:, 0], USUAL_CONFIDENCE, axis=0)

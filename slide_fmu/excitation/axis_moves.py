@@ -148,7 +148,8 @@ class AxisMoves(Kind):
         return (
             f"{'the axis moves' if len(units) == 1 else 'every axis moves on its own'} from "
             f"target to target, near and far, at speeds of up to {limits[0]} and accelerations of "
-            f"up to {limits[1]}; some moves stop or turn back on the way"
+            f"up to {limits[1]} (a box: moves reach both); some moves stop or turn back on the "
+            "way"
         )
 
     def inputs(

@@ -75,7 +75,7 @@ class SpeedRamps(Kind):
         text = (
             f"the angle of {' and '.join(signal.name for signal in signals)} turns at up to "
             f"{self.speed:g} rad/s, to and fro, in phases of {phases} with constant accelerations "
-            f"of up to {self.acceleration:g} rad/s^2"
+            f"of up to {self.acceleration:g} rad/s^2 (no box: shorter phases were not drawn)"
         )
         if self.rest:
             text += f", and comes to rest in {100 * self.rest:g} % of them"

@@ -28,7 +28,7 @@ from slide_fmu.report.trust_tables import (
     kind_table,
     tolerance_table,
 )
-from slide_fmu.report.validity import judgement_sentences, judgements
+from slide_fmu.report.validity import is_ruled, judgement_table, judgements, rule
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import ValidationFigures
@@ -54,6 +54,7 @@ def model_card(
     validations, rules = measured.ordered, rules_of(recipe)
     named, call, box = _named(validations), measured.plain_call, measured.box
     parameters = measured.in_range.parameters
+    judged = judgements(surrogate, recipe, validations)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("slide_fmu.report"),
         trim_blocks=True,
@@ -86,12 +87,8 @@ def model_card(
         parameter_table=None if parameters is None else parameter_table(parameters),
         about_parameters=about_parameters(recipe),
         estimate_table=estimate_table(named),
-        judgements=[
-            plain(sentence)
-            for sentence in judgement_sentences(
-                judgements(surrogate, recipe, validations), surrogate
-            )
-        ],
+        judgement_table=_plain_table(judgement_table(judged)),
+        rule=rule(surrogate) if is_ruled(judged) else "",
         bound_tables=_bound_tables(named) if surrogate.bound is not None else [],
         bound_sentences=_bound_sentences(surrogate, recipe, measured),
         bound_columns=COLUMNS,
@@ -130,6 +127,11 @@ def _bound_sentences(surrogate: Surrogate, recipe: Recipe, measured: RunFigures)
 def plain(text: str) -> str:
     """Return a user's text as one line that Markdown shows as it is, in tables too."""
     return " ".join(html.escape(text, quote=False).replace("|", "\\|").split())
+
+
+def _plain_table(table: ReportTable) -> ReportTable:
+    """Return a table whose cells Markdown shows as they are."""
+    return ReportTable.of(table.heading, (map(plain, row) for row in table.rows))
 
 
 def variable_table(surrogate: Surrogate) -> ReportTable:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
 from slide_fmu.excitation.words import between
@@ -45,12 +45,80 @@ RULE = (
 )
 
 
-class Judgement(NamedTuple):
-    """A Judgement has the verdict on a kind of inputs, their description, and measured shares."""
+COLUMNS = (
+    *("", "inputs", "trajectories", "relative RMSE{known}", "covered by the bound{plain}"),
+    *("harmful", "of these flagged", "unnoticed", "harmless ones flagged"),
+)
+"""Columns of the table of judgements, with the names of the calls that were measured."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A Judgement is the verdict on a kind of inputs, with their description.
+
+    Attributes:
+        verdict: one of the words above.
+        inputs: description of the inputs.
+        seen: ``HELD_OUT`` if the verdict does not say that no training saw them; else empty.
+        trajectories: number that was measured; None if it is not known.
+        error: largest relative RMSE of all outputs; None if it was not measured.
+        covered: smallest share of samples below the bound, of all outputs; None without a bound.
+        harm: harm of the errors; None without a bound.
+        calls: names of the calls in which error, and bound and harm, were measured.
+    """
 
     verdict: str
     inputs: str
-    measured: str
+    seen: str = ""
+    trajectories: int | None = None
+    error: float | None = None
+    covered: float | None = None
+    harm: Harm | None = None
+    calls: tuple[str, str] = ("", "")
+
+    @property
+    def measured(self) -> str:
+        """What was measured, in words."""
+        if self.error is None:
+            return "not measured"
+        known, plain = self.calls
+        found = [self.seen] if self.seen else []
+        if self.trajectories is not None:
+            found.append(
+                f"{self.trajectories} trajector{'y' if self.trajectories == 1 else 'ies'}"
+            )
+        found.append(f"relative RMSE {percent(self.error)}{known}")
+        if self.covered is not None:
+            found.append(f"{plain}{percent(self.covered)} of the samples covered by the bound")
+            plain = ""
+        if self.harm is not None:
+            harm = self.harm
+            found.append(f"{plain}{percent(harm.harmful)} of the samples harmful")
+            if harm.harmful_flagged is not None and harm.harmful:
+                found.append(f"{percent(harm.harmful_flagged)} of these flagged")
+                found.append(f"{percent(harm.harmful_unnoticed)} of all unnoticed")
+            if harm.harmless_flagged:
+                found.append(f"{percent(harm.harmless_flagged)} of the harmless ones flagged")
+        return ", ".join(found)
+
+    def row(self) -> tuple[str, ...]:
+        """Return the cells of ``COLUMNS``."""
+        harm, origin = self.harm, f" ({self.seen})" if self.seen else ""
+        trajectories = "" if self.trajectories is None else str(self.trajectories)
+        shares: tuple[float | None, ...] = (None,) * 4
+        if harm is not None:
+            shares = (
+                harm.harmful,
+                harm.harmful_flagged,
+                harm.harmful_unnoticed,
+                harm.harmless_flagged,
+            )
+        cells = (_or_empty(share) for share in (self.error, self.covered, *shares))
+        return (f"{self.verdict}{origin}", self.inputs, trajectories, *cells)
+
+
+def _or_empty(share: float | None) -> str:
+    return "" if share is None else percent(share)
 
 
 def judgements(
@@ -79,12 +147,15 @@ def judgements(
             found += _of_kinds(learnt, figures, words, calls)
     named = {judgement.inputs for judgement in found}
     rest = [text for text in learnt.values() if text not in named]
-    return found + [Judgement(TRAINED, text, "not measured") for text in rest]
+    return found + [Judgement(TRAINED, text) for text in rest]
 
 
 def judgement_table(found: Sequence[Judgement]) -> ReportTable:
     """Return judgements as a table."""
-    return ReportTable.of(("", "inputs", "measured"), found)
+    known, plain = next((j.calls for j in found if any(j.calls)), ("", ""))
+    plain = f", {plain}".rstrip() if plain else ""
+    heading = (name.format(known=known, plain=plain) for name in COLUMNS)
+    return ReportTable.of(heading, (j.row() for j in found)).without_empty_columns()
 
 
 def judgement_sentences(found: Sequence[Judgement], surrogate: Surrogate) -> list[str]:
@@ -130,13 +201,16 @@ def _of_kinds(
             bound, error = found.get(kind.name), max(kind.relative_rmse)
             harm = None if bound is None else bound.harm
             verdict = unknown if harm is None else _verdict(harm, flagged)
-            seen = [] if harm is None or unknown == TRAINED else [unknown]
-            if bound is not None:
-                ending = "y" if bound.trajectories == 1 else "ies"
-                seen.append(f"{bound.trajectories} trajector{ending}")
-            shares = () if bound is None else bound.coverage
-            measured = _measured(error, harm, calls, shares)
-            yield Judgement(verdict, kinds[kind.name], ", ".join([*seen, measured]))
+            yield Judgement(
+                verdict,
+                kinds[kind.name],
+                "" if harm is None or unknown == TRAINED else unknown,
+                None if bound is None else bound.trajectories,
+                error,
+                None if bound is None else min(bound.coverage, default=None),
+                harm,
+                calls,
+            )
 
 
 def _beyond(figures: ValidationFigures, flagged: str, calls: tuple[str, str]) -> Judgement:
@@ -145,7 +219,7 @@ def _beyond(figures: ValidationFigures, flagged: str, calls: tuple[str, str]) ->
     kinds = "kinds that were held out" if figures.held_out else "same kinds"
     text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
     verdict = BEYOND if harm is None else _verdict(harm, flagged)
-    return Judgement(verdict, text, _measured(figures.worst, harm, calls))
+    return Judgement(verdict, text, error=figures.worst, harm=harm, calls=calls)
 
 
 def _calls(surrogate: Surrogate, figures: ValidationFigures) -> tuple[str, str]:
@@ -164,24 +238,6 @@ def _verdict(harm: Harm, flagged: str) -> str:
     if not is_valid(harm):
         return NOTICED if harm.harmful_unnoticed <= MOST_UNNOTICED else SILENT
     return flagged if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
-
-
-def _measured(
-    error: float, harm: Harm | None, calls: tuple[str, str], coverage: Sequence[float] = ()
-) -> str:
-    known, plain = calls
-    found = [f"relative RMSE {percent(error)}{known}"]
-    if coverage:
-        found.append(f"{plain}{percent(min(coverage))} of the samples covered by the bound")
-        plain = ""
-    if harm is not None:
-        found.append(f"{plain}{percent(harm.harmful)} of the samples harmful")
-        if harm.harmful_flagged is not None and harm.harmful:
-            found.append(f"{percent(harm.harmful_flagged)} of these flagged")
-            found.append(f"{percent(harm.harmful_unnoticed)} of all unnoticed")
-        if harm.harmless_flagged:
-            found.append(f"{percent(harm.harmless_flagged)} of the harmless ones flagged")
-    return ", ".join(found)
 
 
 def _upper(text: str) -> str:

@@ -208,20 +208,46 @@ def _valid(
               subject.inputs]  # fmt: skip
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
     text = f"Valid for inputs like those of its training, within their ranges{shown}"
-    kinds = () if in_range.error_bound is None else in_range.error_bound.excitations
-    bad = [kind.name for kind in kinds if kind.harm is not None and not is_valid(kind.harm)]
+    _, bad = _kinds(in_range)
     if bad:
         text += f", except {', '.join(bad)}: more of their errors than usual are large. "
         text += "More trajectories of these kinds, or a mix of fewer kinds, may mend this"
     text += "."
     for figures in others:
         if figures.held_out:
-            text += f" Other kinds of input that were measured: {percent(figures.worst)}."
+            text += f" {_of_others(figures)}"
         else:
             low, high = figures.amplitude
             text += f" Beyond the range, at {low:g} to {high:g} times the amplitude: "
-            text += f"{percent(figures.worst)}."
+            text += f"{percent(figures.worst)}{_flagged(figures)}."
     return text
+
+
+def _kinds(figures: ValidationFigures) -> tuple[list[str], list[str]]:
+    """Return the names of the kinds of input for which the FMU is valid, and of the others."""
+    bound = figures.error_bound
+    judged = [] if bound is None else [k for k in bound.excitations if k.harm is not None]
+    good = [kind.name for kind in judged if kind.harm is not None and is_valid(kind.harm)]
+    return good, [kind.name for kind in judged if kind.name not in good]
+
+
+def _of_others(figures: ValidationFigures) -> str:
+    """Say for which of the kinds that no training saw the FMU is valid too."""
+    good, bad = _kinds(figures)
+    if not good and not bad:
+        return f"Other kinds of input that were measured: {percent(figures.worst)}."
+    parts = [f"also valid for {', '.join(good)}"] if good else []
+    parts += [f"not for {', '.join(bad)}{_flagged(figures)}"] if bad else []
+    text = ", ".join(parts)
+    return f"Of other kinds of input it is {text}: {percent(figures.worst)}."
+
+
+def _flagged(figures: ValidationFigures) -> str:
+    """Say which share of the harmful samples the FMU flags; an empty text if it is not known."""
+    harm = None if figures.error_bound is None else figures.error_bound.harm
+    if harm is None or harm.harmful_flagged is None or not harm.harmful:
+        return ""
+    return f" ({percent(harm.harmful_flagged)} of the harmful samples are flagged)"
 
 
 def _time(found: Timing) -> str:

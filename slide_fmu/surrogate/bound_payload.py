@@ -44,7 +44,7 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
 
 def encode_tolerances(bound: ErrorBound) -> bytes:
     """Write the content of the section TOLE, of a bound that has tolerances."""
-    parts = bound.tolerances, bound.floors, bound.quietest
+    parts = bound.tolerances, bound.floors, bound.shares, bound.quietest
     return b"".join(part.astype("<f8").tobytes() for part in parts if part is not None)
 
 
@@ -52,14 +52,16 @@ def decode_tolerances(section: Reader, bound: ErrorBound) -> ErrorBound:
     """Read the content of the section TOLE: return the bound with it.
 
     Raises:
-        ValueError: the bytes are not one tolerance and one floor for each output, and the least
-            logarithms that the head gets.
+        ValueError: the bytes are not one tolerance, one floor and one share for each output, and
+            the least logarithms that the head gets.
     """
     n_outputs = bound.companion.n_values
-    tolerances, floors = (section.f64(n_outputs).copy() for _ in range(2))
+    tolerances, floors, shares = (section.f64(n_outputs).copy() for _ in range(3))
     quietest = section.f64(bound.n_logarithms).copy()
     section.done()
-    return dataclasses.replace(bound, tolerances=tolerances, floors=floors, quietest=quietest)
+    return dataclasses.replace(
+        bound, tolerances=tolerances, floors=floors, shares=shares, quietest=quietest
+    )
 
 
 def decode_bound(

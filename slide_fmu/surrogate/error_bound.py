@@ -94,7 +94,9 @@ class ErrorBound:
         tolerances: largest 95 % bounds that are trusted, relative to the outputs' scales, shape
             (n_outputs,); None of bounds that were made before there were any.
         floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,). Bounds
-            with tolerances have floors, and are at least the disagreement everywhere.
+            with tolerances have floors, and are at least a share of the disagreement everywhere.
+        shares: this share of the disagreement is the surrogate's own error, above 0 and at most
+            1, shape (n_outputs,). Bounds with tolerances have them.
         quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
             as these. Bounds with tolerances have them.
     """
@@ -108,6 +110,7 @@ class ErrorBound:
     span: SpanEstimate | None = None
     tolerances: FloatArray | None = None
     floors: FloatArray | None = None
+    shares: FloatArray | None = None
     quietest: FloatArray | None = None
 
     def __post_init__(self) -> None:
@@ -148,8 +151,9 @@ class ErrorBound:
         self._check_parts_of_tolerances()
 
     def _check_parts_of_tolerances(self) -> None:
-        floors, quietest = self.floors, self.quietest
-        parts = {"tolerances": self.tolerances, "floors": floors, "quietest": quietest}
+        floors, shares, quietest = self.floors, self.shares, self.quietest
+        parts = {"tolerances": self.tolerances, "floors": floors, "shares": shares}
+        parts["quietest"] = quietest
         missing = [name for name, values in parts.items() if values is None]
         if 0 < len(missing) < len(parts):
             raise ValueError(
@@ -163,6 +167,13 @@ class ErrorBound:
             raise ValueError(
                 f"floors of an error bound {floors.tolist()}; expected {shape[0]} finite numbers "
                 "that are not negative"
+            )
+        if shares is not None and (
+            shares.shape != shape or not np.all((shares > 0) & (shares <= 1))
+        ):
+            raise ValueError(
+                f"shares of the disagreement {shares.tolist()}; expected {shape[0]} numbers above "
+                "0 that are at most 1"
             )
         shape = (self.n_logarithms,)
         if quietest is not None and not (
@@ -298,7 +309,8 @@ class ErrorBound:
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
         if self.floors is not None:
-            return floored(bounds, self.floors, known)
+            assert self.shares is not None
+            return floored(bounds, self.floors, self.shares * known)
         return np.where(outside, np.maximum(bounds, known), bounds)
 
 
@@ -306,8 +318,8 @@ def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) ->
     """Return bounds with floors, (..., n_outputs).
 
     Bound and floor, (n_outputs,), add up like independent errors. The result is at least the
-    disagreement. Both repair bounds on kinds of input that the head has never seen: there it may
-    expect errors that are far too small.
+    weighed disagreement. Both repair bounds on kinds of input that the head has never seen: there
+    it may expect errors that are far too small.
     """
     with np.errstate(over="ignore"):  # a bound may be infinite
         return np.asarray(np.maximum(np.sqrt(bounds**2 + floors**2), disagreement))

@@ -13,6 +13,7 @@ from slide_fmu.bounds.calibration import (
     factors_of,
     floors_of,
     scales_of,
+    shares_of,
     tolerances_of,
 )
 from slide_fmu.bounds.observations import Observations, thinned
@@ -20,6 +21,9 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import CONFIDENCES, local_scales
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
+
+ALIKE = np.zeros(120, dtype=np.int64)
+"""All trajectories of a calibration are of one kind of input."""
 
 SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 
@@ -82,6 +86,18 @@ def test_few_trajectories_with_large_errors_do_not_raise_thefloors_of() -> None:
     np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
 
 
+def test_share_of_the_disagreement_is_the_part_that_the_surrogate_errs() -> None:
+    """A companion that is three times less accurate makes most of the disagreement."""
+    rng = np.random.default_rng(7)
+    errors = np.abs(rng.normal(size=(50, 200, 2)))
+    apart = np.abs(errors + rng.normal(size=errors.shape) * [3.0, 0.0])
+    other = np.zeros((50, 200, 1))
+    seen = Observations(other, other, other, apart, errors)
+    found = shares_of(seen)
+    np.testing.assert_allclose(found, [1 / np.sqrt(10), 1.0], rtol=0.1)
+    np.testing.assert_array_equal(seen.weighed(found).disagreement, found * apart)
+
+
 def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -> None:
     """They are the least ones that do: a sample below floor or disagreement needs none."""
     rng, bound = np.random.default_rng(4), bounded_surrogate(SHAPE).bound
@@ -92,7 +108,7 @@ def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -
     disagreement = errors * rng.uniform(0, 1.3, scales.shape)
     seen = Observations(statistics, statistics, statistics, disagreement, errors)
     floors = np.array([0.0, 0.5]) * seen.usual_errors()
-    factors = factors_of(bound.head, floors, seen)
+    factors = factors_of(bound.head, floors, seen, ALIKE)
     assert (np.diff(factors, axis=0) > 0).all()
 
     def covered(of: FloatArray) -> FloatArray:
@@ -103,8 +119,26 @@ def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -
         wanted = confidence * 121 / 120
         assert (covered(factor * (1 + 1e-9)) >= wanted).all()
         assert (covered(factor * (1 - 1e-9)) < wanted).all()
-    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors), ALIKE)
     assert (factors < alone).all()
+
+
+def test_common_kinds_are_covered_nearly_as_often_as_all_samples() -> None:
+    """One kind in three has errors that are three times as large as the head expects."""
+    rng, bound = np.random.default_rng(6), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    scales, kinds = scales_of(bound.head, statistics), np.arange(120) % 3
+    errors = scales * np.abs(rng.normal(size=scales.shape))
+    errors[kinds == 2] *= 3.0
+    seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+    alike, apart = (factors_of(bound.head, np.zeros(2), seen, of) for of in (ALIKE, kinds))
+    covered = (errors <= alike[1] * scales)[kinds == 2].mean(axis=(0, 1))
+    assert (covered < 0.9).all()
+    covered = (errors <= apart[1] * scales)[kinds == 2].mean(axis=(0, 1))
+    np.testing.assert_allclose(covered, 0.92 * 41 / 40, atol=2e-3)
+    rare = np.where(np.arange(120) < 105, 0, kinds)  # too few trajectories to say anything
+    np.testing.assert_array_equal(factors_of(bound.head, np.zeros(2), seen, rare)[1], alike[1])
 
 
 def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None:
@@ -113,8 +147,8 @@ def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None
     statistics = rng.normal(size=(120, 50, bound.head.n_channels))
     errors = rng.uniform(0, 1, (120, 50, 2))
     seen = Observations(statistics, statistics, statistics, errors, errors)
-    factors = factors_of(bound.head, np.zeros(2), seen)
-    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors))
+    factors = factors_of(bound.head, np.zeros(2), seen, ALIKE)
+    alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors), ALIKE)
     np.testing.assert_allclose(factors, 0.5 * alone)
     assert (np.diff(factors, axis=0) > 0).all()
 

@@ -146,7 +146,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
         trusts = [bounded.trust(one) for one in inputs]
         found = [[one.scales[-1, 0], one.disagreement[-1, 0]] for one in trusts]
         scales, apart = np.array(found).T * surrogate.output_scaling.scale
-        return scales, apart
+        return scales, bound.shares * apart
 
     assert bound.floors is not None
     (floor,) = bound.floors * surrogate.output_scaling.scale

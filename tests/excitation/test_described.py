@@ -73,14 +73,14 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         ANGLE,
         {"speed": 8.0, "acceleration": 20.0},
         "the angle of x and y turns at up to 8 rad/s, to and fro, in phases of 0.2 to 0.6 s with "
-        "constant accelerations of up to 20 rad/s^2",
+        "constant accelerations of up to 20 rad/s^2 (no box: shorter phases were not drawn)",
     ),
     "speed_ramps with rest and noise": (
         ANGLE,
         {"speed": 8.0, "acceleration": 20.0, "samples": [5, 5], "rest": 0.2, "noise": 0.1},
         "the angle of x and y turns at up to 8 rad/s, to and fro, in phases of 0.05 s with "
-        "constant accelerations of up to 20 rad/s^2, and comes to rest in 20 % of them; "
-        "speeds are noisy by 10 % of the limit",
+        "constant accelerations of up to 20 rad/s^2 (no box: shorter phases were not drawn), and "
+        "comes to rest in 20 % of them; speeds are noisy by 10 % of the limit",
     ),
     "point_to_point": (
         JOINTS,
@@ -102,8 +102,8 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         (*ANGLE, MIXED[1]),
         {"speed": [8.0, 0.5], "acceleration": [20.0, 2.0]},
         "every axis moves on its own from target to target, near and far, at speeds of up to 8 "
-        "rad/s, 0.5 m/s and accelerations of up to 20 rad/s^2, 2 m/s^2; some moves stop or turn "
-        "back on the way",
+        "rad/s, 0.5 m/s and accelerations of up to 20 rad/s^2, 2 m/s^2 (a box: moves reach both); "
+        "some moves stop or turn back on the way",
     ),
     "box": (
         MIXED,

@@ -241,7 +241,7 @@ def test_tolerances_that_are_not_positive_are_refused(
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
-@pytest.mark.parametrize("name", ["tolerances", "floors", "quietest"])
+@pytest.mark.parametrize("name", ["tolerances", "floors", "shares", "quietest"])
 def test_another_number_of_tolerances_is_refused(load: Load, name: str, count: int) -> None:
     surrogate = with_tolerances(bounded_surrogate(SHAPE))
     content = unchecked(surrogate, **{name: np.ones(count)})
@@ -255,13 +255,20 @@ def test_floors_that_are_no_size_of_an_error_are_refused(load: Load, value: floa
     assert "floor " in message
 
 
+@pytest.mark.parametrize("value", [0.0, -0.5, 1.001, float("nan")])
+def test_shares_of_the_disagreement_that_are_none_are_refused(load: Load, value: float) -> None:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    message = refused(load(surrogate), edited(surrogate, 8 * 5, "<d", value, b"TOLE"))
+    assert "share " in message
+
+
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
-@pytest.mark.parametrize("place", [4, -1])
+@pytest.mark.parametrize("place", [6, -1])
 def test_quietest_logarithms_that_are_not_finite_are_refused(
     load: Load, place: int, value: float
 ) -> None:
     surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    place = place if place > 0 else 3 + bound_of(surrogate).n_logarithms
+    place = place if place > 0 else 5 + bound_of(surrogate).n_logarithms
     message = refused(load(surrogate), edited(surrogate, 8 * place, "<d", value, b"TOLE"))
     assert "quietest" in message
 

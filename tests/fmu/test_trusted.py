@@ -92,7 +92,8 @@ def test_bounds_with_floors_are_those_of_numpy_for_every_confidence(load: Load, 
     smaller = dataclasses.replace(bound, factors=factors, floors=floors)
     surrogate = dataclasses.replace(surrogate, bound=smaller)
     trust, inside = surrogate.trust(inputs), surrogate.in_domain(inputs)
-    apart = trust.disagreement * surrogate.output_scaling.scale
+    assert bound.shares is not None
+    apart = bound.shares * trust.disagreement * surrogate.output_scaling.scale
     expected = {c: surrogate.error_bounds(inputs, c) for c in (0.9, 0.95, 0.99)}
     assert 0 < (expected[0.95] == apart)[inside].mean() < 1
     native = load(surrogate).instance().start()

@@ -30,6 +30,7 @@ from slide_fmu.network.state_space.cell import Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.learning_charts import stability_charts
+from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, random_cell
 from tests.memory.small_cells import (
     INPUTS,
@@ -214,6 +215,23 @@ def test_worst_output_counts_however_small_it_is(sizes: tuple[float, float]) -> 
         assert both.differences == pytest.approx(one.differences, rel=ROUNDED)
         assert both.growth == pytest.approx(max(one.growth, 1.0), rel=MEAN_OF_RECORDS)
     assert all(test.problem is None for test in examine_two((0.5, 0.8)))
+
+
+def test_problem_names_the_parameters_and_none_stays_none() -> None:
+    class AtAny:
+        """It stands for a surrogate with a parameter, whose network is the same at all values."""
+
+        def __init__(self, cell: Cell) -> None:
+            self._of = surrogate_of(network_of(cell))
+
+        def at(self, corner: object) -> Surrogate:
+            return self._of
+
+    known, factors = surrogate_of(network_of(scalar_cell(0.5))), {1.0, *AMPLITUDES}
+    features = {f: stability.excited_features(known, RECIPE, SYSTEM, f) for f in factors}
+    for pole, wanted in ((0.5, None), (1.5, "with mass = 2, ")):
+        found = stability._tests_at({"mass": 2.0}, AtAny(scalar_cell(pole)), features, RECIPE)  # type: ignore[arg-type]
+        assert [test.problem and test.problem[:15] for test in found] == [wanted] * len(found)
 
 
 @pytest.mark.parametrize("constant", [0.0, 3.0])

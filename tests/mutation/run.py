@@ -67,7 +67,7 @@ MODULES = {
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),
         ("tests/memory/test_sizing.py", "tests/memory/test_path_dependence.py",
          "tests/memory/test_time_budget.py", "tests/memory/test_integral.py",
-         "tests/memory/test_lengths.py"),
+         "tests/memory/test_lengths.py", "tests/memory/test_motion_lengths.py"),
     ),
     "stability": Module(
         ("slide_fmu/memory/stability.py",),

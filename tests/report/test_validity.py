@@ -11,6 +11,7 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
+from slide_fmu.report.table import markdown
 from slide_fmu.report.validity import (
     Judgement,
     judgement_sentences,
@@ -127,6 +128,23 @@ def test_kind_of_moving_inputs_names_the_call_and_what_the_bound_covers() -> Non
     assert "78 % of the samples covered by the bound, 0 % of the samples harmful)." in first
 
 
+def test_table_has_a_column_for_each_share_that_was_measured() -> None:
+    harm = {"harmful": 0.12, "harmful_flagged": 0.97, "harmful_unnoticed": 0.004}
+    moving = of_kind("binary", harm, held_out=True)
+    moving["outputs"] = [{"relative_rmse": 0.02, "plain_relative_rmse": 0.3}]
+    moving["error_bound"]["excitations"][0]["coverage"] = [0.96, 0.78]
+    table = judgement_table(judged(a=moving))
+    assert table.heading == (
+        *("", "inputs", "trajectories", "relative RMSE, known to the step's end"),
+        *("covered by the bound, in the plain call", "harmful", "of these flagged", "unnoticed"),
+        "harmless ones flagged",
+    )
+    verdict = "not valid, and the FMU says so (not trained on)"
+    assert table.rows[0] == (verdict, BINARY, "2", "3 %", "78 %", "12 %", "97 %", "0.4 %", "0 %")
+    bare = judgement_table(judged(a=of_kind("sweep")))
+    assert bare.heading == ("", "inputs", "relative RMSE")
+
+
 def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_named() -> None:
     first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})), surrogate())
     measured = "2 trajectories, relative RMSE 3 %, 0 % of the samples harmful"
@@ -162,20 +180,18 @@ def test_without_harm_there_is_no_verdict_and_no_rule() -> None:
 def test_records_are_named_by_their_files() -> None:
     of_records = parse_open_recipe(RECORDS, "bench.toml").guess
     (found,) = judgements(surrogate(), of_records, {})
-    assert found == Judgement(
-        "trained on", "inputs like those of the file bench.csv", "not measured"
-    )
+    assert found == Judgement("trained on", "inputs like those of the file bench.csv")
+    assert found.measured == "not measured"
 
 
 def test_card_and_report_say_where_the_surrogate_is_valid(finer: Validation) -> None:
     measured = figures_of(finer)
     found = judgements(finer.surrogate, FINER, measured.validation)
-    sentences = judgement_sentences(found, finer.surrogate)
-    assert len(sentences) == len(FINER.data.excitation)
-    assert sentences[0].startswith("Trained on: force takes random values of up to ")
+    assert len(found) == len(FINER.data.excitation)
+    assert found[0].inputs.startswith("force takes random values of up to ")
     card = model_card(finer.surrogate, FINER, measured, "picture.png")
     part = card.split("## Where it is valid\n\n")[1].split("\n\n## Measured error")[0]
-    assert part == "\n".join(f"- {sentence}" for sentence in sentences)
+    assert part == markdown(judgement_table(found))
     (section,) = [
         s for s in validation_sections({"in range": finer}) if s.title == "Where it is valid"
     ]

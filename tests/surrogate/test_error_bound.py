@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,8 @@ from slide_fmu.surrogate.error_bound import (
     MOST_EXPONENT,
     ErrorBound,
     Trust,
+    calibrated,
+    least_trajectories,
     local_scales,
 )
 from slide_fmu.surrogate.payload import PayloadError
@@ -116,8 +118,38 @@ def test_bounds_with_floors_add_them_and_are_at_least_the_disagreement_everywher
     one, other = np.hypot(0.5 * bound.factors[1], bound.floors)
     for inside in (True, False):
         found = bound.bounds(trust, 0.95, np.full(3, inside))
-        expected = [[9.0, other], [one, 9.0], [2.0**MOST_EXPONENT, other]]
+        expected = [[9.0, other], [one, 0.5 * 9.0], [2.0**MOST_EXPONENT, other]]
         np.testing.assert_allclose(found, expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("confidence", "least"), [(0.9, 10), (0.95, 20), (0.99, 100)])
+def test_confidence_is_calibrated_from_its_least_number_of_trajectories_on(
+    confidence: float, least: int
+) -> None:
+    assert least_trajectories(confidence) == least
+    assert confidence in calibrated(least)
+    assert confidence not in calibrated(least - 1)
+
+
+def test_memory_is_that_of_the_means_or_of_a_longer_estimator() -> None:
+    bound = bounded_surrogate(SEEING, (2, 5), sees_estimates=True).bound
+    assert bound is not None
+    assert bound.estimator is not None
+    own = 2 * bound.companion.n_samples + (N_BLOCKS + 1) * 5
+    assert bound.memory_length == max(own, bound.estimator.memory_length)
+    alone = replace(bound, blocks=(2, 50))
+    assert alone.memory_length == 2 * bound.companion.n_samples + (N_BLOCKS + 1) * 50
+    assert alone.memory_length > bound.estimator.memory_length
+    shortest = replace(bound, blocks=(1, 1))
+    object.__setattr__(shortest, "estimator", _Longer(1000))
+    assert shortest.memory_length == 1000
+
+
+@dataclass(frozen=True)
+class _Longer:
+    """It stands for an estimator with a longer memory than the means have."""
+
+    memory_length: int
 
 
 @pytest.mark.parametrize(("confidence", "row"), [(0.9, 0), (0.93, 1), (0.95, 1), (0.99, 2)])
@@ -284,6 +316,16 @@ def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArra
     assert bound is not None
     with refused(ValueError, "floors of an error bound", "expected 2 finite numbers"):
         replace(bound, floors=floors)
+
+
+@pytest.mark.parametrize(
+    "shares", [np.ones(3), np.array([1.0, 0.0]), np.array([1.1, 1.0]), np.array([np.nan, 1.0])]
+)
+def test_shares_of_the_disagreement_are_between_0_and_1(shares: FloatArray) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "shares of the disagreement", "expected 2 numbers above 0"):
+        replace(bound, shares=shares)
 
 
 def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:

@@ -56,7 +56,7 @@ def couple(
     ] = 1e-3,
     tolerance: Annotated[
         float, typer.Option(help="Implicit steps end at this difference, as a part of a size.")
-    ] = 1e-5,
+    ] = 1e-4,
     inputs: Annotated[
         Path | None,
         typer.Option(

@@ -10,6 +10,7 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.simulation import apply_start_values, settable_in_instantiated
 
+from slide_fmu.apps.couple.options import WHOLE
 from slide_fmu.apps.couple.structure import CoupledSystem, Course
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import ImportedSlave
@@ -76,9 +77,18 @@ class Component:
         kind = self.description.coSimulation
         self.rolls_back = bool(getattr(kind, "canGetAndSetFMUstate", False))
         self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
-        self.ours = str(self.description.generationTool or "").startswith(OURS)
-        self.has_slopes = self.ours and bool(kind.providesDirectionalDerivative)
+        self.ours = is_ours(self.description)
+        self._slopes_up_to = 0.0  # s
+        if self.ours and kind.providesDirectionalDerivative:
+            self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
+
+    def has_slopes(self, length: float) -> bool:
+        """Return whether the FMU knows its derivatives over a step of a length in s.
+
+        Those of slide-fmu know them by the inputs of the last sample.
+        """
+        return length <= self._slopes_up_to
 
     def advance(
         self, time: float, length: float, before: FloatArray, now: FloatArray, slopes: bool = False
@@ -207,6 +217,11 @@ class Component:
         self.slave.exit_initialization()
 
 
+def is_ours(description: Any) -> bool:
+    """Return whether an FMU is of slide-fmu."""
+    return str(description.generationTool or "").startswith(OURS)
+
+
 def opened(
     system: CoupledSystem, name: str, slave: ImportedSlave, inputs: Inputs, outputs: Sequence[str]
 ) -> Component:
@@ -239,7 +254,7 @@ def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
     description = system.descriptions[name]
     if AT_STEP_END in system.names(name, "parameter"):
         return "forecast" if plain else "reached"
-    ours = str(description.generationTool or "").startswith(OURS)
+    ours = is_ours(description)
     slopes = getattr(description.coSimulation, "canInterpolateInputs", False)
     if slopes and not ours and str(description.fmiVersion).startswith("2."):
         return "sloped"

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.component import OURS, Inputs, inputs_of, opened
+from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, opened
 from slide_fmu.apps.couple.control import Control, run_steps
 from slide_fmu.apps.couple.exchange import fixed_step
 from slide_fmu.apps.couple.initialization import initialized, instance_of
@@ -58,7 +58,7 @@ def couple(
         extrapolation: how inputs that are not known yet continue in explicit steps: ``"linear"``
             (the default) or ``"zero"``, as the last value.
         tolerance: implicit steps end when linked inputs agree with their sources within this part
-            of their size; 1e-5 by default.
+            of their size; 1e-4 by default.
         iterations: largest number of iterations of a step; 20 by default.
         control: ``"predictor"`` halves steps whose linked inputs differ from their extrapolation
             by more than ``error``; ``"halving"`` those that differ from two half steps. None keeps
@@ -158,7 +158,7 @@ def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
     """Return the outputs of a component; of an FMU of ours, only what it was trained to give."""
     description = system.descriptions[name]
     names = system.names(name, "output")
-    if not str(description.generationTool or "").startswith(OURS):
+    if not is_ours(description):
         return names
     number = BY_KEY["OUTPUT"].number
     references = {v.name: v.valueReference for v in description.modelVariables}

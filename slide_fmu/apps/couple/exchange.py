@@ -69,7 +69,9 @@ def mixed(
         return mix, remarks
     for i, link in enumerate(system.links):
         source = components[names.index(link.source.component)]
-        if not held[i]:
+        if system.variable(link.source).variability == "discrete":
+            mix.start[i] = 1.0  # as a controller's output, it is held until the step ends
+        elif not held[i]:
             mix.end[i] = 1.0
         elif not source.feeds_through:
             mix.start[i] = mix.end[i] = 0.5

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from slide_fmu.apps.couple.component import Component, feeds_through, range_of
+from slide_fmu.apps.couple.component import Component, feeds_through, is_ours, range_of
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.options import CouplingOptions
@@ -16,6 +16,10 @@ from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import ImportedSlave, open_slave
 from slide_fmu.cosim.run import CoSimulationError, unpacked
+from slide_fmu.fmu.export import read_fmu
+
+ROUNDING = 2e-6
+"""Rounding of single precision, as a part of the range of an output."""
 
 SWEEPS = 10
 """Largest number of exchanges in which the first values of all links are found."""
@@ -68,9 +72,19 @@ def initialized(
     owners = [one for one in components for _ in one.linked]
     held = np.array([one.inputs in ("held", "forecast") for one in owners], dtype=np.bool_)
     mix, remarks = mixed(system, components, options, held)
-    loop = Loop(components, places, sources, parts, held, mix, sizes, outputs, inputs)
+    rounding = np.array([_rounding(system, link.source) for link in system.links])
+    loop = Loop(components, places, sources, parts, held, mix, sizes, rounding, outputs, inputs)
     loop.inputs = loop.values(outputs)
     return loop, remarks
+
+
+def _rounding(system: CoupledSystem, source: Pin) -> float:
+    """Return what an output is exact to, in its unit: FMUs of slide-fmu have single precision."""
+    if not is_ours(system.descriptions[source.component]):
+        return 0.0
+    surrogate, _ = read_fmu(system.paths[source.component])
+    ranges = {signal.name: signal.high - signal.low for signal in surrogate.outputs}
+    return ROUNDING * ranges.get(source.variable, 0.0)
 
 
 def _first_values(

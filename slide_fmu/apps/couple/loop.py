@@ -37,6 +37,7 @@ class Loop:
         held: whether each linked input is constant over a step.
         mix: how linked inputs come from their sources in implicit steps.
         sizes: size of each linked input, in its unit.
+        rounding: what a linked input is exact to; FMUs of slide-fmu have single precision.
         outputs: all outputs at the present time, (n_outputs,).
         inputs: linked inputs at the present time, (n_links,).
         solved: linked inputs of the last steps, the last one first, each with its length in s.
@@ -50,6 +51,7 @@ class Loop:
     held: NDArray[np.bool_]
     mix: Mix
     sizes: FloatArray
+    rounding: FloatArray
     outputs: FloatArray
     inputs: FloatArray
     solved: list[tuple[FloatArray, float]] = field(default_factory=list)
@@ -73,7 +75,7 @@ class Loop:
             place, part = self.places[k], self.parts[k]
             one = self.components[k]
             found = one.advance(
-                time, length, self.inputs[place], now[place], slopes and one.has_slopes
+                time, length, self.inputs[place], now[place], slopes and one.has_slopes(length)
             )
             into.mean[part], into.end[part] = found.mean, found.end
             if found.slopes is not None and into.slopes is not None:
@@ -107,8 +109,6 @@ class Loop:
         assert at.slopes is not None
         for k in which:
             place, part, one = self.places[k], self.parts[k], self.components[k]
-            if one.has_slopes:
-                continue
             state = one.save()
             for index in range(place.start, place.stop):
                 moved = now.copy()

@@ -19,6 +19,10 @@ SLOW = 3
 """Iterations of a step after which Newton's method measures its derivatives again."""
 
 
+CLEAR = 10.0
+"""Corrections smaller than this number of tolerances show rounding rather than derivatives."""
+
+
 class Solution(NamedTuple):
     """A Solution has the outputs of a step, the linked inputs, and the number of iterations.
 
@@ -113,16 +117,22 @@ class Implicit(Method):
         guess, free = now.copy(), np.zeros(len(now), dtype=bool)
         for k in back:
             free[loop.places[k]] = True
-        loop.step(once, time, length, now, stepped)
+        once.sort(key=lambda k: len(loop.components[k].linked) > 0)  # sources come first
+        now = self._evaluate(loop, once, (time, length), now, stepped, in_turn=True)
         states = loop.save(back)
         try:
             for number in range(1, self._most + 1):
                 if number > 1:
                     loop.restore(states)
-                now = self._evaluate(loop, back, (time, length), now, stepped)
+                now = self._evaluate(
+                    loop, back, (time, length), now, stepped, in_turn=not self._newton
+                )
                 given = loop.given(stepped)
                 left = np.where(free, now - given, 0.0)
-                if np.all(np.abs(left) <= self._tolerance * np.maximum(loop.sizes, np.abs(now))):
+                allowed = self._tolerance * np.maximum(loop.sizes, np.abs(now))
+                if np.all(np.abs(left) <= np.maximum(allowed, loop.rounding)):
+                    if number > SLOW:
+                        self._jacobian = None
                     return Solution(stepped, now, number, guess, np.where(free, now, given))
                 trial = _Trial(time, length, states, now, stepped, left, number)
                 change = self._newtons(loop, trial) if self._newton else self._relaxed(loop, trial)
@@ -131,26 +141,28 @@ class Implicit(Method):
             loop.free(states)
         raise _endless(loop, trial)
 
+    @staticmethod
     def _evaluate(
-        self,
         loop: Loop,
-        back: list[int],
+        which: list[int],
         when: tuple[float, float],
         now: FloatArray,
         stepped: StepOutputs,
+        in_turn: bool,
     ) -> FloatArray:
-        """Take a step, and return the linked inputs that were used.
+        """Take a step with some components, and return the linked inputs that were used.
 
-        Without derivatives, a component sees the new outputs of those before it.
+        In turn, each of them sees the new outputs of those before it.
         """
-        if self._newton:
-            loop.step(back, *when, now, stepped)
+        if not in_turn:
+            loop.step(which, *when, now, stepped)
             return now
-        for k in back:
+        open_ = np.ones(len(now), dtype=bool)
+        for k in which:
             loop.step([k], *when, now, stepped)
-            part, later = loop.parts[k], loop.places[k].stop
-            new = [part.start <= s < part.stop and i >= later for i, s in enumerate(loop.sources)]
-            now = np.where(new, loop.given(stepped), now)
+            part, open_[loop.places[k]] = loop.parts[k], False
+            new = [part.start <= source < part.stop for source in loop.sources]
+            now = np.where(open_ & new, loop.given(stepped), now)
         return now
 
     def _newtons(self, loop: Loop, trial: _Trial) -> FloatArray:
@@ -160,9 +172,10 @@ class Implicit(Method):
             self._jacobian, self._length = self._derivatives(loop, trial), trial.length
         elif trial.number > 1:
             weighted = self._last / _sizes(loop) ** 2
-            rise = trial.left - self._left - self._jacobian @ self._last
-            update = np.outer(rise, weighted) / (weighted @ self._last)
-            self._jacobian = self._jacobian + update
+            square = float(weighted @ self._last)
+            if square > (CLEAR * self._tolerance) ** 2:
+                rise = trial.left - self._left - self._jacobian @ self._last
+                self._jacobian = self._jacobian + np.outer(rise, weighted) / square
         change: FloatArray = np.asarray(-np.linalg.solve(self._jacobian, trial.left), np.float64)
         self._left, self._last = trial.left, change
         return change
@@ -170,7 +183,7 @@ class Implicit(Method):
     @staticmethod
     def _derivatives(loop: Loop, trial: _Trial) -> FloatArray:
         """Return the derivatives of what is left, by the linked inputs."""
-        own = [k for k in trial.states if loop.components[k].has_slopes]
+        own = [k for k in trial.states if loop.components[k].has_slopes(trial.length)]
         others = [k for k in trial.states if k not in own]
         loop.restore(trial.states)
         loop.step(own, trial.time, trial.length, trial.now, trial.stepped, slopes=True)

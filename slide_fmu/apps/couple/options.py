@@ -22,7 +22,7 @@ class CouplingOptions:
     stop: float
     method: str = "newton"
     extrapolation: str = "linear"
-    tolerance: float = 1e-5
+    tolerance: float = 1e-4
     iterations: int = 20
     control: str | None = None
     error: float = 1e-3

@@ -97,6 +97,7 @@ def coupled_system(
     ]
     courses = {_pin(bare, name, "input"): _course(name, given) for name, given in inputs.items()}
     _require_one_source(links, courses)
+    _require_one_instance(bare)
     for link in links:
         _require_equal_units(bare, link)
     order = list(paths)
@@ -178,6 +179,18 @@ def _require_one_source(links: Sequence[Link], courses: Iterable[Pin]) -> None:
                 f"{sources[link.target]!r}; expected one source: remove one of them"
             )
         sources[link.target] = str(link.source)
+
+
+def _require_one_instance(system: CoupledSystem) -> None:
+    """Refuse two components of an FMU that can be there only once."""
+    files = [path.resolve() for path in system.paths.values()]
+    for (name, path), file in zip(system.paths.items(), files, strict=True):
+        kind = system.descriptions[name].coSimulation
+        if files.count(file) > 1 and kind.canBeInstantiatedOnlyOncePerProcess:
+            raise CoSimulationError(
+                f"component {name!r}: {path.name} can be there only once in a process; expected "
+                "one component of it: remove the others, or use a copy of the file"
+            )
 
 
 def _require_equal_units(system: CoupledSystem, link: Link) -> None:

@@ -19,8 +19,10 @@ from tests.own_models.halves.cut_car import (
     whole,
     write_halves,
 )
+from tests.python_fmus import write_python_fmu
 from tests.refusals import refused
 
+OWN_MODELS = Path(__file__).parents[2] / "own_models"
 STOP = 2.0
 
 
@@ -109,3 +111,36 @@ def test_fmu_that_cannot_go_back_takes_part_explicitly_and_is_named(
 def test_iterations_that_do_not_end_name_the_input(halves: dict[str, Path]) -> None:
     with refused(CoSimulationError, "after 1 iterations", "expected agreement", "upper.force"):
         ride(halves, 12.0, 0.02, iterations=1)
+
+
+@pytest.mark.parametrize("method", ["newton", "jacobi"])
+def test_discrete_output_is_held_over_the_next_step(
+    halves: dict[str, Path], tmp_path: Path, method: str
+) -> None:
+    """As the output of a controller is: the force is 0, 1, 2, ... N over successive steps."""
+    stairs = write_python_fmu("Stairs", OWN_MODELS / "stairs_slave.py", tmp_path / "stairs.fmu")
+    run = slide.couple(
+        {"stairs": stairs, "upper": halves["upper"]},
+        [("stairs.count", "upper.force")],
+        step=0.1,
+        stop=0.5,
+        parameters={"upper.mass": 1.0},
+        method=method,
+        extrapolation="zero",
+    )
+    assert run["upper.speed"] == pytest.approx(0.1 * np.cumsum([0, 0, 1, 2, 3, 4]))
+
+
+def test_implicit_steps_stay_stable_at_twenty_times_the_longest_explicit_step(
+    halves: dict[str, Path],
+) -> None:
+    """A body of 12 kg with an offset comes to rest; explicit steps of 12 ms let it swing on."""
+    free: dict[str, Any] = {
+        "inputs": {"lower.road": 0.0},
+        "parameters": {"upper.mass": 12.0, "upper.start": 0.01},
+        "moving": ["lower"],
+    }
+    explicit = slide.couple(halves, LINKS, step=0.012, stop=2.4, method="gauss_seidel", **free)
+    assert np.abs(explicit["upper.position"][-50:]).max() > 0.02
+    run = slide.couple(halves, LINKS, step=0.24, stop=9.6, **free)
+    assert np.abs(run["upper.position"][-10:]).max() < 1e-3

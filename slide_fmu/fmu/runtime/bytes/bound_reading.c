@@ -133,6 +133,13 @@ void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
         slide_check(file, least >= 0,
                     "surrogate file: floor %g of an error bound; expected it not negative", least);
     }
+    payload->bound.shares = slide_take_f64s(file, payload->n_outputs, 1, "share");
+    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const double share = slide_f64(payload->bound.shares + 8 * i);
+        slide_check(file, share > 0 && share <= 1,
+                    "surrogate file: share %g of the disagreement; expected above 0, at most 1",
+                    share);
+    }
     const SlideBoundView *view = &payload->bound;
     payload->bound.quietest = slide_take_f64s(
         file, file->good ? view->head.features.n_signals - view->n_seen : 0, 1, "quietest");

@@ -34,6 +34,7 @@ typedef struct {
     const unsigned char *span_factors; /* f64 [n_outputs] */
     const unsigned char *tolerances;   /* f64 [n_outputs], of bounds that are trusted; or NULL */
     const unsigned char *floors;       /* f64 [n_outputs], of bounds with tolerances; or NULL */
+    const unsigned char *shares;       /* f64 [n_outputs], of the disagreement; or NULL */
     const unsigned char *quietest;     /* f64 of every logarithm that the head gets; or NULL */
 } SlideBoundView;
 

@@ -54,6 +54,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_tolerances = view->tolerances == NULL ? 0 : n_outputs;
     bound->tolerances = place_numbers(view->tolerances, bound->n_tolerances, arena);
     bound->floors = place_numbers(view->floors, bound->n_tolerances, arena);
+    bound->shares = place_numbers(view->shares, bound->n_tolerances, arena);
     const size_t n_limited = bound->n_tolerances > 0 ? n_statistics(bound) - n_seen : 0;
     bound->quietest = place_numbers(view->quietest, n_limited, arena);
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);

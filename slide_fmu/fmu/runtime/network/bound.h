@@ -35,6 +35,7 @@ typedef struct {
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
     double *tolerances;     /* [n_tolerances], of bounds that are trusted, relative to the scales */
     double *floors;         /* [n_tolerances], below which no bound is, relative to the scales */
+    double *shares;         /* [n_tolerances], of the disagreement, which no bound is below */
     double *quietest;       /* logarithms that the head gets at least; with tolerances */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */

@@ -120,6 +120,7 @@ double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, siz
     const double scaled = bound->factors[row * bound->n_outputs + output] * state->scales[output];
     const double least = floored ? bound->floors[output] : 0;
     const double value = floored ? sqrt(scaled * scaled + least * least) : scaled;
-    const double apart = state->apart[output];
+    const double apart = floored ? bound->shares[output] * state->apart[output]
+                                 : state->apart[output];
     return (floored || !in_domain) && apart > value ? apart : value;
 }

@@ -17,6 +17,9 @@ from slide_fmu.cosim.run import CoSimulationError
 GAUSS: Nodes = ((0.5 - 12**-0.5, 0.5), (0.5 + 12**-0.5, 0.5), (1.0, 0.0))
 """Nodes and weights of Gauss's quadrature with two points, which finds means of cubics."""
 
+MIDDLE: Nodes = ((0.5, 1.0), (1.0, 0.0))
+"""The same with one point, for straight lines: a sample of an FMU of slide-fmu shows no more."""
+
 
 def fixed_step(description: Any) -> float | None:
     """Return the only step in s that an FMU takes; None if it takes any."""
@@ -95,7 +98,7 @@ def mixed(
 def _nodes(component: Component, options: CouplingOptions) -> Nodes | None:
     """Return the parts of a step at which a component is read for its mean; None without any."""
     if component.any_step:
-        return GAUSS
+        return MIDDLE if component.has_slopes(options.step) else GAUSS
     own = fixed_step(component.description)
     count = round(options.step / own) if own else 1
     if count < 2:

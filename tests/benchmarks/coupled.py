@@ -175,19 +175,19 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     progress = bar("coupled")
     with tempfile.TemporaryDirectory() as folder:
         halves = write_halves(Path(folder))
+        if arguments.surrogate is not None:
+            halves["lower"] = arguments.surrogate
         for number, mass in enumerate(arguments.masses):
             progress(number, len(arguments.masses))
             truth = whole(mass, *road(arguments.stop))
             if arguments.surrogate is not None:
-                learnt = {**halves, "lower": arguments.surrogate}
-                found["bodies"][f"{mass:g} kg"] = rides(learnt, mass, truth, arguments.stop)
+                found["bodies"][f"{mass:g} kg"] = rides(halves, mass, truth, arguments.stop)
                 continue
             found["bodies"][f"{mass:g} kg"] = {
                 **rides(halves, mass, truth, arguments.stop),
                 "stable steps": stability(halves, mass),
             }
-        if arguments.surrogate is None:
-            found["seconds of a step"] = cost(halves)
+        found["seconds of a step"] = cost(halves)
         progress(len(arguments.masses), len(arguments.masses))
     return found
 

@@ -8,7 +8,7 @@ from slide_fmu.apps.couple.options import IMPLICIT
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.couple.structure import CoupledSystem
 from slide_fmu.core.readable import duration, number
-from slide_fmu.core.units import NO_UNIT, behind
+from slide_fmu.core.units import NO_UNIT
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict, remark_sections
 from slide_fmu.report.table import ReportTable
@@ -75,7 +75,7 @@ def coupled_report(name: str, result: Coupled, system: CoupledSystem) -> Report:
     links = ReportTable.of(
         ("from", "to", "unit"),
         (
-            (str(link.source), str(link.target), behind(result.units.get(str(link.target), "")))
+            (str(link.source), str(link.target), result.units.get(str(link.target), ""))
             for link in system.links
         ),
     ).without_empty_columns()
@@ -108,11 +108,17 @@ def _chart(title: str, result: Coupled, names: Sequence[str]) -> Chart:
     groups = dict.fromkeys(result.units[name] or name for name in names)  # no unit: a panel each
     for group in groups:
         together = [name for name in names if (result.units[name] or name) == group]
+        alone = len(together) == 1  # the panel then has its name
         lines = [
-            Line(name, result.time[::every], result.values[name][::every], colour_of(i), width=1.2)
+            Line(
+                "" if alone else name,
+                result.time[::every],
+                result.values[name][::every],
+                colour_of(i),
+                width=1.2,
+            )
             for i, name in enumerate(together)
         ]
         unit = result.units[together[0]] or NO_UNIT
-        title_of_panel = together[0] if len(together) == 1 else "values"
-        panels.append(Panel(title_of_panel, unit, lines, height="short"))
+        panels.append(Panel(together[0] if alone else "values", unit, lines, height="short"))
     return Chart(title, panels)

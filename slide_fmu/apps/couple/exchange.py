@@ -17,6 +17,9 @@ from slide_fmu.cosim.run import CoSimulationError
 GAUSS: Nodes = ((0.5 - 12**-0.5, 0.5), (0.5 + 12**-0.5, 0.5), (1.0, 0.0))
 """Nodes and weights of Gauss's quadrature with two points, which finds means of cubics."""
 
+MIDDLE: Nodes = ((0.5, 1.0), (1.0, 0.0))
+"""The same with one point, for straight lines: a sample of an FMU of slide-fmu shows no more."""
+
 
 def fixed_step(description: Any) -> float | None:
     """Return the only step in s that an FMU takes; None if it takes any."""
@@ -65,6 +68,8 @@ def mixed(
     count = len(system.links)
     mix = Mix(np.zeros(count), np.zeros(count), np.zeros(count))
     remarks: list[str] = []
+    for one in components:
+        one.nodes = _own_steps(one, options)
     if options.method not in IMPLICIT:
         return mix, remarks
     for i, link in enumerate(system.links):
@@ -95,11 +100,14 @@ def mixed(
 def _nodes(component: Component, options: CouplingOptions) -> Nodes | None:
     """Return the parts of a step at which a component is read for its mean; None without any."""
     if component.any_step:
-        return GAUSS
+        return MIDDLE if component.has_slopes(options.step) else GAUSS
+    return None if len(component.nodes) < 2 else component.nodes
+
+
+def _own_steps(component: Component, options: CouplingOptions) -> Nodes:
+    """Return the steps of an FMU that takes steps of one length only, within a longer step."""
     own = fixed_step(component.description)
-    count = round(options.step / own) if own else 1
-    if count < 2:
-        return None
+    count = 1 if own is None else round(options.step / own)
     nodes = np.arange(1, count + 1) / count
     powers = np.arange(min(count, 3))  # weights give the means of polynomials of these degrees
     weights = np.linalg.lstsq(nodes ** powers[:, None], 1 / (powers + 1), rcond=None)[0]

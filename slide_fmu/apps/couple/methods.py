@@ -64,14 +64,14 @@ class Explicit(Method):
         if not self._sequential:
             loop.step(range(len(all_)), time, length, now, stepped)
             return Solution(stepped, now, 1, guess, now)
-        before = loop.values(loop.outputs)
+        before, waits = loop.values(loop.outputs), np.ones(len(now), dtype=bool)
         for k in range(len(all_)):
             loop.step([k], time, length, now, stepped)
-            part = loop.parts[k]
+            part, waits[loop.places[k]] = loop.parts[k], False
             known = np.array([part.start <= source < part.stop for source in loop.sources])
             new = loop.values(stepped.end)
             mean = np.where(loop.held, 0.5 * (before + new), new) if self._linear else new
-            now = np.where(known, mean, now)
+            now = np.where(known & waits, mean, now)
         return Solution(stepped, now, 1, guess, now)
 
 
@@ -157,12 +157,12 @@ class Implicit(Method):
         if not in_turn:
             loop.step(which, *when, now, stepped)
             return now
-        open_ = np.ones(len(now), dtype=bool)
+        waits = np.ones(len(now), dtype=bool)
         for k in which:
             loop.step([k], *when, now, stepped)
-            part, open_[loop.places[k]] = loop.parts[k], False
+            part, waits[loop.places[k]] = loop.parts[k], False
             new = [part.start <= source < part.stop for source in loop.sources]
-            now = np.where(open_ & new, loop.given(stepped), now)
+            now = np.where(waits & new, loop.given(stepped), now)
         return now
 
     def _newtons(self, loop: Loop, trial: _Trial) -> FloatArray:

@@ -12,7 +12,7 @@ from slide_fmu.apps.motion.move import Move, described, described_all
 from slide_fmu.apps.motion.moves import arrivals, shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import MoveProblem
-from slide_fmu.apps.motion.profile import Profiles
+from slide_fmu.apps.motion.profile import Profiles, least_steps
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.route import fastest_along
 from slide_fmu.apps.motion.shape import shape
@@ -151,6 +151,9 @@ def _first(problem: MoveProblem, progress: Progress) -> Found | None:
 
     margin = min(float(move.margin[move.end :].max()) for move in known)
     begun = end = known[0].end
+    if problem.route.straight:  # profiles are not quite the fastest
+        way = problem.goal - problem.start
+        begun = end = min(end, least_steps(way, problem.limits, response.step) - 1)
     last = response.samples + 1
     while margin < tolerance and rounds < ROUNDS:
         # a move that ends when another one has settled is too late
@@ -183,7 +186,9 @@ def _of_duration(
     begin, found = shaped_shares(response, profile, float(response.time[end])), []
     for _ in range(TRIES):
         allowed = PLANNED * (problem.tolerance - margin)
-        planned = shape(response, problem.limits, begin, end, allowed) if allowed > 0 else None
+        if allowed <= 0:
+            break
+        planned = shape(response, problem.limits, begin, end, allowed, not problem.straight)
         if planned is None or planned.largest > allowed:
             break
         if not problem.admits(response, planned.motion):

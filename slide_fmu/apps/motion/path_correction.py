@@ -14,7 +14,7 @@ from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
 from slide_fmu.apps.motion.path import read_path
-from slide_fmu.apps.motion.set_points import curve_of_path, write_curve, write_inputs
+from slide_fmu.apps.motion.set_points import MotionCurve, write_curve, write_inputs
 from slide_fmu.apps.motion.solve import reference_of
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
@@ -168,5 +168,5 @@ def write_corrected(corrected: Corrected, path: Path, rate: float | None = None)
     if rate is None:
         write_inputs(surrogate, coordinates, motion, path)
         return None
-    curve = curve_of_path(coordinates, motion, surrogate.window.step, corrected.limits)
+    curve = MotionCurve(coordinates, motion, surrogate.window.step, corrected.limits)
     return write_curve(surrogate, curve, rate, path)

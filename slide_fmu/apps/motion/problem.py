@@ -51,6 +51,8 @@ class MoveProblem:
         past: points to pass, if any.
         slower: factor on the shortest time of profiles.
         margin_factor: factor on the margins of predictions.
+        straight: whether coordinates stay on the line from start to goal, instead of having time
+            laws of their own.
         reference: simulates the reference model, if moves are verified with it: then they have
             its outputs, no margin, and no domain.
 
@@ -68,6 +70,7 @@ class MoveProblem:
     past: Past | None = None
     slower: float = 1.0
     margin_factor: float = 1.0
+    straight: bool = False
     reference: Reference | None = None
 
     def __post_init__(self) -> None:

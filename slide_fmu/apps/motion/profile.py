@@ -75,6 +75,20 @@ def least_times(profiles: Profiles, way: FloatArray, limits: Limits) -> FloatArr
     return np.asarray(np.max(found, axis=0))
 
 
+def least_steps(way: FloatArray, limits: Limits, step: float) -> int:
+    """Return the least number of steps in which samples cover a distance, (n_coordinates,).
+
+    Jerk and vibration count for nothing, so no move at all takes fewer.
+    """
+    count = 1
+    while True:
+        rising = np.minimum(np.arange(1, count + 1), np.arange(count, 0, -1))[:, None]
+        speeds = np.minimum(limits.speed, rising * step * limits.acceleration)
+        if (step * speeds.sum(axis=0) >= np.abs(way) * (1 - 1e-9)).all():
+            return count
+        count += 1
+
+
 def fastest(way: FloatArray, limits: Limits) -> tuple[Profiles, float]:
     """Return the fastest symmetric profile over a distance within limits, and its time in s.
 

@@ -29,14 +29,20 @@ class LinearizedMoves:
     """A move is Linearized about the shares of its route at the samples before its end.
 
     Attributes:
-        share: shares of the route, (end,).
+        share: shares of the route, (end, n): one for all coordinates, or one for each that moves.
         outputs: relative to rest, from the end on, (rows, n_outputs).
-        slopes: their derivatives by the shares, (end, rows, n_outputs).
+        slopes: their derivatives by the shares, (end * n, rows, n_outputs).
     """
 
     share: FloatArray
     outputs: FloatArray
     slopes: FloatArray
+
+    def column(self, index: int) -> Any:
+        """Return the matrix from changes of all shares, (end * n,), to a column, (end,)."""
+        end, n = self.share.shape
+        places = np.arange(end), np.arange(end) * n + index
+        return sparse.csr_array((np.ones(end), places), shape=(end, end * n))
 
 
 def change(
@@ -44,8 +50,9 @@ def change(
 ) -> tuple[FloatArray, float] | None:
     """Solve the linear program; None if the limits cannot be kept.
 
-    It returns changes of the shares, (end,), and the largest excess above the allowed value,
-    relative to it. Unknowns are the changes, then limits of the jerks (end + 3), then that excess.
+    It returns changes of the shares, (end, n), and the largest excess above the allowed value,
+    relative to it. Unknowns are the changes, then limits of the jerks (end + 3 of each column),
+    then that excess.
 
     Args:
         move: the move to change.
@@ -55,68 +62,87 @@ def change(
         allowed: deviation of the outputs from rest, in their unit, as a norm.
         reach: largest change of a share.
     """
-    end = len(move.share)
-    jerks = end + 3
+    end, columns = move.share.shape
+    jerks = columns * (end + 3)
     slopes, now = _reached(move, allowed, reach)
     rows, excess = sparse.csr_array(slopes), sparse.csr_array(np.full((len(now), 1), -1.0))
     above: list[list[Any]] = [[rows, None, excess], [-rows, None, excess]]
     bounds = [1 - now, 1 + now]
-    for matrix, current in _limited(move.share, route, limits, step):
+    for matrix, current in _limited(move, route, limits, step):
         above += [[matrix, None, None], [-matrix, None, None]]
         # if more is used already, the use must not grow
         most = 1.0 if route.straight else np.maximum(CURVED, np.abs(current))
         bounds += [most - current, most + current]
-    matrix, current = _differences(move.share, 1.0, 3)
-    scale, each = np.abs(current).max() or 1.0, sparse.eye_array(jerks)
-    above += [[matrix / scale, -each, None], [-matrix / scale, -each, None]]
-    bounds += [-current / scale, current / scale]
-    cost = np.concatenate([np.zeros(end), np.full(jerks, 1 / jerks), [DEAR]])
-    first, last = _range_of_share(route, limits)
+    jerk, current = _jerks(move)
+    each = sparse.eye_array(jerks)
+    above += [[jerk, -each, None], [-jerk, -each, None]]
+    bounds += [-current, current]
+    cost = np.concatenate([np.zeros(move.share.size), np.full(jerks, 1 / jerks), [DEAR]])
+    first, last = _range_of_shares(route, limits, columns)
     box = np.tile([0.0, np.inf], (len(cost), 1))
-    box[:end, 0] = np.maximum(-reach, np.minimum(first - move.share, 0.0))
-    box[:end, 1] = np.minimum(reach, np.maximum(last - move.share, 0.0))
+    low = np.maximum(-reach, np.minimum(first - move.share, 0.0))
+    high = np.minimum(reach, np.maximum(last - move.share, 0.0))
+    box[: move.share.size] = np.stack([low.ravel(), high.ravel()], axis=1)
     matrix, bound = sparse.block_array(above, format="csc"), np.concatenate(bounds)
-    solved = linprog(cost, matrix, bound, bounds=box, method="highs")
-    return None if solved.x is None else (np.asarray(solved.x[:end]), float(solved.x[-1]))
+    method = "highs" if columns == 1 else "highs-ipm"  # which is faster for large programs
+    solved = linprog(cost, matrix, bound, bounds=box, method=method)
+    if solved.x is None:
+        return None
+    return np.asarray(solved.x[: move.share.size]).reshape(end, columns), float(solved.x[-1])
 
 
 def _reached(move: LinearizedMoves, allowed: float, reach: float) -> tuple[FloatArray, FloatArray]:
-    """Return slopes, (n, end), and values of the outputs that can reach the allowed deviation.
+    """Return slopes, (m, end * n), and values of the outputs that can reach the allowed deviation.
 
     Both are relative to it.
     """
     # a box within the allowed ball: its corners touch it
     each = USED * allowed / np.sqrt(move.outputs.shape[1])
-    rows = move.slopes.reshape(len(move.share), -1).T / each
+    rows = move.slopes.reshape(move.share.size, -1).T / each
     now = move.outputs.reshape(-1) / each
     reached = np.abs(now) + reach * np.abs(rows).sum(axis=1) > 1  # others cannot reach it
     return rows[reached], now[reached]
 
 
 def _limited(
-    share: FloatArray, route: Route, limits: Limits, step: float
+    move: LinearizedMoves, route: Route, limits: Limits, step: float
 ) -> list[tuple[Any, FloatArray]]:
     """Return matrices from changes to the used fractions of all limits, and the present use."""
     found = []
-    gone, slopes = route.at(share) - route.start, route.slopes(share)
+    columns = move.share.shape[1]
+    gone, slopes = route.along(move.share) - route.start, route.slopes(move.share[:, 0])
     for _, order, limit in limits.derivatives():
-        for one in route.binding(limit):
+        own = [int(one) for one in route.moving if np.isfinite(limit[one])]
+        for one in route.binding(limit) if columns == 1 else own:
             most = limit[one] * step**order
             whole = float(route.goal[one] - route.start[one])
             matrix, current = _differences(gone[:, one], whole, order)
-            found.append((matrix * (slopes[:, one] / most), current / most))
+            column = 0 if columns == 1 else int(np.searchsorted(route.moving, one))
+            scaled = matrix * (slopes[:, one] / most)
+            found.append((scaled @ move.column(column), current / most))
     return found
 
 
-def _range_of_share(route: Route, limits: Limits) -> tuple[float, float]:
-    """Return the least and the largest share at which all coordinates are within their ranges."""
+def _jerks(move: LinearizedMoves) -> tuple[Any, FloatArray]:
+    """Return the matrix from changes to all jerks of shares, relative, and the present ones."""
+    matrices, present = [], []
+    for index, share in enumerate(move.share.T):
+        matrix, current = _differences(share, 1.0, 3)
+        scale = np.abs(current).max() or 1.0
+        matrices.append([matrix @ move.column(index) / scale])
+        present.append(current / scale)
+    return sparse.block_array(matrices), np.concatenate(present)
+
+
+def _range_of_shares(
+    route: Route, limits: Limits, columns: int
+) -> tuple[FloatArray | float, FloatArray | float]:
+    """Return the least and the largest shares at which coordinates are within their ranges."""
     if not route.straight:
         return 0.0, 1.0
-    change = route.goal - route.start
-    moved = change != 0
-    ends = np.stack([limits.low, limits.high]) - route.start
-    least, most = np.sort(ends[:, moved] / change[moved], axis=0)
-    return float(least.max()), float(most.min())
+    ends = (np.stack([limits.low, limits.high]) - route.start)[:, route.moving]
+    least, most = np.sort(ends / (route.goal - route.start)[route.moving], axis=0)
+    return (float(least.max()), float(most.min())) if columns == 1 else (least, most)
 
 
 def _differences(values: FloatArray, last: float, order: int) -> tuple[Any, FloatArray]:

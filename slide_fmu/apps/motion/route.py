@@ -1,6 +1,7 @@
 """The route of a move in space is straight, or a smooth curve past points between its ends.
 
-All coordinates are functions of one number that goes from 0 at the start to 1 at the goal.
+Coordinates are functions of one number that goes from 0 at the start to 1 at the goal. Or each
+moving coordinate of a straight route has such a number of its own: then only the ends are on it.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import lsq_linear
 
@@ -77,6 +79,19 @@ class Route:
         if self.straight:
             return np.asarray(self.start + share[..., None] * (self.goal - self.start))
         return np.asarray(self._curve(share))
+
+    @property
+    def moving(self) -> NDArray[np.intp]:
+        """The coordinates that differ between the ends."""
+        return np.flatnonzero(self.goal != self.start)
+
+    def along(self, shares: FloatArray) -> FloatArray:
+        """Return coordinates as ``at``, for shares (..., 1), or own ones, (..., n_moving)."""
+        if shares.shape[-1] == 1:
+            return self.at(shares[..., 0])
+        motion = np.broadcast_to(self.start, (*shares.shape[:-1], len(self.start))).copy()
+        motion[..., self.moving] += shares * (self.goal - self.start)[self.moving]
+        return motion
 
     def slopes(self, share: FloatArray) -> FloatArray:
         """Return the derivatives of the coordinates by the share, as for ``at``."""

@@ -1,15 +1,14 @@
 """Set points are written as CSV: inputs at the step of the FMU, or curves at another rate.
 
-Motion controllers want positions, speeds and accelerations of their own rate. A move becomes the
-cubic B-spline whose control points are its samples: it keeps every limit of the samples, since its
-derivatives are means of their differences. A spline through the samples would not: a move that
-starts with full acceleration makes it overshoot. A path must be followed, so it is interpolated.
+Motion controllers want positions, speeds and accelerations of their own rate. The curve passes
+all samples, for which the move was planned. It may exceed limits between them, and says so.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +22,8 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
 
-DEGREE = 3
-"""Degree of the curve of a move: accelerations are continuous."""
+DEGREE = 5
+"""Degree of the curve: speed and acceleration are smooth, and zero at both ends."""
 
 MOST_ROWS = 1_000_000
 """Largest number of rows of a file."""
@@ -35,59 +34,50 @@ EXCESS = 0.03
 
 @dataclass(frozen=True, eq=False)
 class MotionCurve:
-    """A MotionCurve leads from rest to rest between samples of coordinates.
+    """A MotionCurve passes samples of coordinates, from rest to rest.
+
+    It begins a step before the first sample and ends a step after the last one, since a motion may
+    start with its full acceleration.
 
     Attributes:
         coordinates: the coordinates.
-        spline: their positions by the time in s.
-        duration: time in s at which it rests; it begins at 0.
-        limits: limits of its samples.
-        away: largest distance from the samples, (n_coordinates,).
+        samples: their values, (N, n_coordinates), at rest at both ends.
+        step: time between samples, in s.
+        limits: limits of the samples.
     """
 
     coordinates: tuple[Coordinate, ...]
-    spline: BSpline
-    duration: float
+    samples: FloatArray
+    step: float
     limits: Limits
-    away: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """The time in s at which it rests; it begins at 0."""
+        return self.step * (len(self.samples) + 1)
+
+    @cached_property
+    def spline(self) -> BSpline:
+        """The positions by the time in s."""
+        rows = np.concatenate([self.samples[:1], self.samples, self.samples[-1:]])
+        still = np.zeros(rows.shape[1])
+        rest = [(1, still), (2, still)]
+        time = self.step * np.arange(len(rows))
+        return make_interp_spline(time, rows, k=DEGREE, bc_type=(rest, rest))
 
     def remark(self, rows: FloatArray) -> str | None:
         """Say how far rows of speeds and accelerations, (N, 2, n_coordinates), exceed limits."""
-        sentences = [
-            f"Between the samples, the {name} reaches {percent(used)} of its limit."
+        beyond = [
+            f"the {name} reaches {percent(used)} of its limit"
             for column, (name, _, limit) in enumerate(list(self.limits.derivatives())[:2])
             if (used := float((np.abs(rows[:, column]) / limit).max())) > 1 + EXCESS
         ]
-        if self.away.any():
-            worst = int(np.argmax(self.away))
-            sentences.append(
-                f"The curve rounds the samples by up to {self.away[worst]:.2g} "
-                f"{self.coordinates[worst].unit}, and takes two samples longer."
-            )
-        return " ".join(sentences) or None
-
-
-def curve_of_move(
-    coordinates: tuple[Coordinate, ...], samples: FloatArray, step: float, limits: Limits
-) -> MotionCurve:
-    """Return the curve of a move, (N, n_coordinates), from its last sample of rest on."""
-    before, after = (np.repeat(samples[[at]], DEGREE - 1, axis=0) for at in (0, -1))
-    control = np.concatenate([before, samples, after])
-    knots = step * (np.arange(len(control) + DEGREE + 1) - DEGREE)
-    # each sample has its largest weight one step after its time, so that rest lasts until 0
-    spline, time = BSpline(knots, control, DEGREE), step * np.arange(len(samples))
-    away = np.abs(spline(time + step) - samples).max(axis=0)
-    return MotionCurve(coordinates, spline, step * (len(samples) + 1), limits, away)
-
-
-def curve_of_path(
-    coordinates: tuple[Coordinate, ...], samples: FloatArray, step: float, limits: Limits
-) -> MotionCurve:
-    """Return the curve through the samples of a path, (N, n_coordinates), at rest at its ends."""
-    time, still = step * np.arange(len(samples)), np.zeros(samples.shape[1])
-    rest = [(1, still), (2, still)]
-    spline = make_interp_spline(time, samples, k=5, bc_type=(rest, rest))
-    return MotionCurve(coordinates, spline, float(time[-1]), limits, still)
+        if not beyond:
+            return None
+        return (
+            f"Between the samples of set_points.csv, {' and '.join(beyond)}: lower this limit in "
+            "the task, or add a limit of the jerk."
+        )
 
 
 def write_curve(surrogate: Surrogate, curve: MotionCurve, rate: float, path: Path) -> str | None:

@@ -1,9 +1,9 @@
 """A motion of a given duration with an allowed residual is found by linear programs.
 
-The route is free at every sample, and all coordinates share it. A linear program keeps the limits,
-keeps the linearized response after the end below the allowed value, and uses no more jerk than
-that needs; without the last condition an optimiser exploits the surrogate's errors. The response
-is linearized again about each result.
+The route is free at every sample. All coordinates share it, or each one has its own time law. A
+linear program keeps the limits, keeps the linearized response after the end below the allowed
+value, and uses no more jerk than that needs; without the last condition an optimiser exploits the
+surrogate's errors. The response is linearized again about each result.
 """
 
 from __future__ import annotations
@@ -31,6 +31,10 @@ PROBE = 1e-4
 HOPELESS = 1.0
 """A duration is given up if its linear program exceeds the allowed value by this fraction."""
 
+MOST_OWN = 720
+"""Largest number of shares if each coordinate has its own time law: larger programs take
+minutes, and a long move gains little."""
+
 AT_ONCE = 250
 """Number of probes evaluated together: their sequences fit into memory."""
 
@@ -51,7 +55,12 @@ class Planned:
 
 
 def shape(
-    response: Response, limits: Limits, start: FloatArray, end: int, allowed: float
+    response: Response,
+    limits: Limits,
+    start: FloatArray,
+    end: int,
+    allowed: float,
+    own: bool = False,
 ) -> Planned | None:
     """Shape a motion so that its residual is below the allowed value; return the best.
 
@@ -63,10 +72,14 @@ def shape(
         start: shares of the route to begin with, (count,).
         end: sample from which on the result stays at the goal.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
+        own: whether each coordinate has its own time law, on a straight route and with at most
+            ``MOST_OWN`` shares.
     """
     if end == 0:  # the motion jumps: nothing is free
         return None
-    route, share = response.route, np.where(np.arange(response.count) < end, start, 1.0)
+    route, share = response.route, np.where(np.arange(response.count) < end, start, 1.0)[:, None]
+    if own and route.straight and end * len(route.moving) <= MOST_OWN:
+        share = np.tile(share, len(route.moving))
     best: Planned | None = None
     for reach in REACHES if route.straight else REACHES_ALONG_CURVES:
         linearized = _linearized(response, share, end)
@@ -75,7 +88,7 @@ def shape(
             break
         changes, excess = solved
         share[:end] += changes
-        motion = route.at(share)
+        motion = route.along(share)
         after = np.linalg.norm(response.outputs(motion[None])[0, end:], axis=1)
         found = Planned(motion, end, float(after.max()))
         kept = limits.kept(response.start, motion, response.step)
@@ -88,10 +101,11 @@ def shape(
 
 def _linearized(response: Response, share: FloatArray, end: int) -> LinearizedMoves:
     """Return the outputs after the end, and their slopes by the shares before it."""
-    after = response.outputs(response.route.at(share)[None])[0, end:]
-    slopes = np.empty((end, *after.shape))
-    for some in batches(end, AT_ONCE):
-        probes = np.tile(share, (len(slopes[some]), 1))
-        probes[np.arange(len(probes)), np.arange(end)[some]] += PROBE
-        slopes[some] = response.outputs(response.route.at(probes))[:, end:] - after
+    after, columns = response.outputs(response.route.along(share)[None])[0, end:], share.shape[1]
+    slopes = np.empty((end * columns, *after.shape))
+    for some in batches(len(slopes), AT_ONCE):
+        probes = np.tile(share, (len(slopes[some]), 1, 1))
+        sample, column = np.divmod(np.arange(len(slopes))[some], columns)
+        probes[np.arange(len(probes)), sample, column] += PROBE
+        slopes[some] = response.outputs(response.route.along(probes))[:, end:] - after
     return LinearizedMoves(share[:end].copy(), after, slopes / PROBE)

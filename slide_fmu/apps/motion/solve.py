@@ -20,7 +20,7 @@ from slide_fmu.apps.motion.move import Move, MoveFigures, described_all
 from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.quietest_move import quietest
 from slide_fmu.apps.motion.response import Reference
-from slide_fmu.apps.motion.set_points import curve_of_move, write_curve, write_inputs
+from slide_fmu.apps.motion.set_points import MotionCurve, write_curve, write_inputs
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
 from slide_fmu.core.progress import Progress, Stages, quiet, quiet_stages
@@ -165,7 +165,15 @@ def problem_of(released: Surrogate, task: MoveTask, factor: float) -> MoveProble
     coordinates = coordinates_of(surrogate.inputs)
     points, limits = task.points(coordinates), limits_of(task.limits, coordinates)
     past = task.past(coordinates)
-    return MoveProblem(surrogate, *points, limits, task.tolerance, past, margin_factor=factor)
+    return MoveProblem(
+        surrogate,
+        *points,
+        limits,
+        task.tolerance,
+        past,
+        margin_factor=factor,
+        straight=task.straight,
+    )
 
 
 def answer(
@@ -251,5 +259,5 @@ def write_set_points(solved: Solved, path: Path, rate: float | None = None) -> s
     if rate is None:
         write_inputs(surrogate, response.coordinates, samples, path)
         return None
-    curve = curve_of_move(response.coordinates, samples, response.step, solved.limits)
+    curve = MotionCurve(response.coordinates, samples, response.step, solved.limits)
     return write_curve(surrogate, curve, rate, path)

@@ -60,6 +60,7 @@ class MoveTask(Table):
         longest: time of the slowest candidates, as a multiple of the time that the limits need.
         margin_factor: factor on the margins of predictions; of the FMU's recipe if None.
         limits: limits of the motion.
+        straight: whether the earliest move stays on the line from start to goal.
         parameters: physical parameters of the surrogate, by name.
     """
 
@@ -74,6 +75,7 @@ class MoveTask(Table):
     candidates: PositiveInt = 10000
     longest: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
     margin_factor: PositiveFloat | None = None
+    straight: bool = False
     limits: LimitsTable = LimitsTable()
     parameters: Parameters = Field(default_factory=dict)
 

@@ -99,6 +99,8 @@ class SystemSlave(Slave):
         self.introduce(identity.encode(), text, self.system.step, stop=1.0)
         self.input_values = np.array([signal.start_value for signal in self.system.inputs])
         self.initial = self._initial_state()
+        if isinstance(self.system, Restorable):
+            self.capabilities = {"canGetAndSetFMUstate": "true"}
         self.from_state = False
         self.started = False
         self._register()
@@ -175,6 +177,20 @@ class SystemSlave(Slave):
         except (SimulationError, ValueError) as error:
             return self._refuse(f"step from {current_time} s: {error}")
         return True
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        """Return what an importer needs to go back to the present state."""
+        assert isinstance(self.system, Restorable)  # others do not offer it
+        state = self.system.get_state() if self.started else None
+        return {"state": state, "inputs": self.input_values.copy()}
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state of this instance, which is not changed by that."""
+        assert isinstance(self.system, Restorable)
+        self.input_values[:] = state["inputs"]
+        if state["state"] is not None:
+            self.system.set_state(state["state"])
+        self.started = state["state"] is not None
 
     def _refuse(self, message: str) -> bool:
         self.log(f"{self.model}: {message}", Fmi2Status.error)

@@ -6,6 +6,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import Any, ClassVar
 from xml.etree.ElementTree import Element, SubElement
 
@@ -30,9 +31,11 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
 
     Attributes:
         CAPABILITIES: attributes of the element ``CoSimulation`` where PythonFMU has other values.
+        capabilities: further ones, which depend on the instance.
     """
 
     CAPABILITIES: ClassVar[Mapping[str, str]] = {}
+    capabilities: Mapping[str, str] = MappingProxyType({})
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -89,7 +92,7 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         root: Element = super().to_xml(dict(model_options or {}))
         root.attrib.pop("generationDateAndTime", None)
         signals, slave = self.described(), _child(root, "CoSimulation")
-        slave.attrib.update(self.CAPABILITIES)
+        slave.attrib.update({**self.CAPABILITIES, **self.capabilities})
         root.insert(list(root).index(slave) + 1, unit_definitions({s.unit for s in signals}))
         by_name = {variable.get("name"): variable for variable in _child(root, "ModelVariables")}
         for signal in signals:

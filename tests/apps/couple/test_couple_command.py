@@ -122,7 +122,7 @@ def test_table_of_inputs_that_cannot_be_read_is_refused(
     assert [word for word in words if word not in " ".join(result.output.split())] == []
 
 
-def test_step_is_asked_for_where_no_fmu_names_one(car: Path) -> None:
-    result = invoke("couple", car)
-    assert result.exit_code == 1
-    assert "give --step" in result.output
+def test_step_is_the_one_that_an_fmu_names(car: Path, tmp_path: Path) -> None:
+    result = invoke("couple", car, "--moving", "lower", "--report", tmp_path, "--json", "-")
+    assert result.exit_code == 0, result.output
+    assert '"step_s": 0.01' in result.output

@@ -144,3 +144,15 @@ def test_implicit_steps_stay_stable_at_twenty_times_the_longest_explicit_step(
     assert np.abs(explicit["upper.position"][-50:]).max() > 0.02
     run = slide.couple(halves, LINKS, step=0.24, stop=9.6, **free)
     assert np.abs(run["upper.position"][-10:]).max() < 1e-3
+
+
+@pytest.mark.parametrize("method", ["gauss_seidel", "newton"])
+def test_fmu_with_steps_of_one_length_takes_several_of_them(
+    halves: dict[str, Path], tmp_path: Path, method: str
+) -> None:
+    fixed = {**halves, "lower": write_halves(tmp_path, any_step=False)["lower"]}
+    run, free = (ride(both, 300.0, 0.02, method=method) for both in (fixed, halves))
+    assert run.figures.component_steps["lower"] >= 2 * run.figures.steps
+    size = np.ptp(free["upper.position"])
+    close = 1e-6 if method == "gauss_seidel" else 0.005  # it finds other means of the force
+    assert run["upper.position"] == pytest.approx(free["upper.position"], abs=close * size)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import slide_fmu as slide
+from slide_fmu.apps.couple.structure import coupled_system, default_step
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
 from tests.own_models.halves.cut_car import LINKS
@@ -84,6 +85,11 @@ def test_circle_of_feedthrough_is_refused_by_explicit_methods(tmp_path: Path) ->
         slide.couple(loop, links, step=0.1, stop=0.2, method="jacobi")
     run = slide.couple(loop, links, step=0.1, stop=0.2)
     assert run["one.y"][-1] == pytest.approx(1 / (1 - 0.5), rel=1e-4)  # y = 1 + u / 2, twice
+
+
+def test_step_is_asked_for_where_no_fmu_names_one(halves: dict[str, Path]) -> None:
+    with refused(ValueError, "no FMU names a step", "--step"):
+        default_step(coupled_system({"upper": halves["upper"]}, [], {}, {}))
 
 
 def test_step_that_is_no_multiple_is_refused(tmp_path: Path) -> None:

@@ -81,6 +81,27 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
     assert all(cost_of(problem, settled, other) > mine for other in found.baselines)
 
 
+def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line() -> None:
+    problem = robot_problem()
+    own, line = earliest(problem), earliest(replace(problem, straight=True))
+    assert own.move.end < line.move.end
+    assert problem.limits.kept(problem.start, own.move.motion, problem.surrogate.window.step)
+    shares = [
+        (found.move.motion - problem.start) / (problem.goal - problem.start)
+        for found in (own, line)
+    ]
+    np.testing.assert_allclose(shares[1], shares[1][:, :1] + np.zeros(6), atol=1e-9)
+    assert np.ptp(shares[0], axis=1).max() > 0.01
+    assert np.abs(streamed(problem, own.move)[own.move.end :]).max() <= problem.tolerance
+
+
+def test_a_joint_that_need_not_move_stays() -> None:
+    problem = robot_problem()
+    goal = np.where(np.arange(6) == 3, problem.start, problem.goal)
+    move = earliest(replace(problem, goal=goal)).move
+    np.testing.assert_array_equal(move.motion[:, 3], problem.start[3])
+
+
 def test_predictions_of_moves_are_those_of_the_streamed_surrogate() -> None:
     problem = robot_problem(seed=8)
     for move in earliest(problem).baselines[:2]:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.profile import Profiles, fastest, least_times
+from slide_fmu.apps.motion.profile import Profiles, fastest, least_steps, least_times
 from slide_fmu.core.signals import FloatArray
 
 FINE = 20001
@@ -90,3 +90,23 @@ def test_limits_name_what_a_motion_uses_of_each() -> None:
     free = Limits(np.array([-np.inf]), np.array([np.inf]), *(np.array([np.inf]),) * 3)
     assert free.used(np.zeros(1), motion, step) == {}
     assert free.kept(np.zeros(1), motion, step)
+
+
+@given(way=st.floats(0.01, 3.0), speed=st.floats(0.5, 4.0), acceleration=st.floats(2.0, 20.0))
+def test_least_steps_are_those_of_samples_that_speed_up_and_slow_down_fully(
+    way: float, speed: float, acceleration: float
+) -> None:
+    step = 0.02
+    steps = least_steps(np.array([way, 0.0]), limits(speed, acceleration), step)
+
+    def reach(count: int) -> float:
+        """The largest distance in a number of steps, by speeds that rise as far as they can."""
+        speeds = [0.0] * (count + 2)
+        for at in range(1, count + 1):
+            speeds[at] = min(speeds[at - 1] + step * acceleration, speed)
+        for at in range(count, 0, -1):
+            speeds[at] = min(speeds[at], speeds[at + 1] + step * acceleration)
+        return step * sum(speeds)
+
+    assert reach(steps) >= way * (1 - 1e-6)
+    assert steps == 1 or reach(steps - 1) <= way * (1 + 1e-6)

@@ -1,4 +1,4 @@
-"""Set points at another rate are smooth, rest at both ends, and keep limits or samples."""
+"""Set points at another rate pass the samples, are smooth, and rest at both ends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.apps.motion import Coordinate, Limits, MotionError
-from slide_fmu.apps.motion.set_points import curve_of_move, curve_of_path, write_curve
+from slide_fmu.apps.motion.set_points import MotionCurve, write_curve
 from tests.acceptance.conftest import invoke
 from tests.fmu.samples import sum_surrogate
 from tests.refusals import refused
@@ -31,35 +31,24 @@ def fastest_samples() -> np.ndarray:
     return np.stack([positions, -0.5 * positions], axis=1)
 
 
-def test_curve_of_a_move_keeps_the_limits_of_its_samples_and_rests_at_its_ends() -> None:
-    samples, bounds = fastest_samples(), limits(2.0, 4.0)
-    curve = curve_of_move(AXIS, samples, STEP, bounds)
-    fine = np.linspace(0, curve.duration, 5000)
-    for order, limit in ((1, bounds.speed), (2, bounds.acceleration), (3, bounds.jerk)):
-        assert (np.abs(curve.spline(fine, nu=order)) <= limit * (1 + 1e-9)).all()
-    ends = np.array([0.0, curve.duration])
-    np.testing.assert_allclose(curve.spline(ends), samples[[0, -1]], atol=1e-12)
-    for order in (1, 2):
-        np.testing.assert_allclose(curve.spline(ends, nu=order), 0, atol=1e-9)
-    largest = np.abs(np.diff(samples, n=2, axis=0)).max(axis=0) / 6
-    np.testing.assert_allclose(curve.away, largest, rtol=1e-6)
-    assert "two samples longer" in str(curve.remark(np.zeros((1, 2, 2))))
-
-
-def test_curve_of_a_path_passes_its_samples_and_says_which_limit_it_exceeds() -> None:
+def test_curve_passes_its_samples_rests_at_its_ends_and_says_which_limit_it_exceeds() -> None:
     samples = fastest_samples()
-    curve = curve_of_path(AXIS, samples, STEP, limits(2.0, 4.0))
-    time = STEP * np.arange(len(samples))
+    curve = MotionCurve(AXIS, samples, STEP, limits(2.0, 4.0))
+    time = STEP * np.arange(1, len(samples) + 1)
     np.testing.assert_allclose(curve.spline(time), samples, atol=1e-9)
+    ends = np.array([0.0, curve.duration])
+    np.testing.assert_allclose(curve.spline(ends), samples[[0, -1]], atol=1e-9)
     for order in (1, 2):
-        np.testing.assert_allclose(curve.spline(time[[0, -1]], nu=order), 0, atol=1e-8)
+        np.testing.assert_allclose(curve.spline(ends, nu=order), 0, atol=1e-8)
     fine = np.linspace(0, curve.duration, 2000)
     rows = np.stack([curve.spline(fine, nu=order) for order in (1, 2)], axis=1)
-    assert "acceleration reaches" in str(curve.remark(rows))
+    assert "the acceleration reaches" in str(curve.remark(rows))
+    wide = MotionCurve(AXIS, samples, STEP, limits(4.0, 8.0))
+    assert wide.remark(rows) is None
 
 
 def test_inputs_that_hold_over_a_step_have_no_other_rate(tmp_path: Path) -> None:
-    curve = curve_of_path(AXIS, fastest_samples(), STEP, limits(2.0, 4.0))
+    curve = MotionCurve(AXIS, fastest_samples(), STEP, limits(2.0, 4.0))
     with refused(MotionError, "hold over each step", "leave --rate away"):
         write_curve(sum_surrogate(), curve, 0.001, tmp_path / "a.csv")
 

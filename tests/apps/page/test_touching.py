@@ -92,7 +92,9 @@ def test_drawing_that_cannot_be_found_is_refused(
         ({"page": {"drawings": NAME}}, ("recipe 'tiny'", "[apps.page]", "drawings")),
         ({"page": {"drawing": "oscillator"}}, ("[apps.page]", "module:function")),
         pytest.param(
-            {"motion": {"speed": 1}}, ("[apps.motion]", "delete"), marks=needs_app("motion")
+            {"calibrate": {"speed": 1}},
+            ("[apps.calibrate]", "delete"),
+            marks=needs_app("calibrate"),
         ),
     ],
 )

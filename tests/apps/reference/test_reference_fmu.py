@@ -18,7 +18,7 @@ from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.apps.reference.side_by_side import write_reference
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.cosim.run import instantiated, run_fmu, unpacked
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
 from slide_fmu.systems.errors import LoadError
@@ -280,3 +280,27 @@ def test_exported_reference_is_the_one_that_is_measured_against(tmp_path: Path) 
         names = [system.inputs[0].name], [system.outputs[0].name]
         found = run_fmu(files, {names[0][0]: force}, names[1])
     assert found.values == pytest.approx(expected, abs=1e-12)
+
+
+def test_reference_fmu_goes_back_to_a_former_state(tmp_path: Path) -> None:
+    """Inputs move, so that the state has the last one too."""
+    fmu = write_reference_fmu(Specification(dotted("DuffingBaseMotion")), tmp_path / "base.fmu")
+    with unpacked(fmu) as files, instantiated(files) as slave:
+        (name,) = (v.name for v in files.description.modelVariables if v.causality == "input")
+        out = [files.references["position"]]
+        slave.enter_initialization(0.0)
+        slave.exit_initialization()
+        found = []
+        for value in (0.01, 0.03):
+            slave.set_real([files.references[name]], [value])
+            slave.do_step(files.step * len(found), files.step)
+            found.append(slave.get_real(out))
+            if len(found) == 1:
+                state = slave.get_state()
+        for _ in range(2):
+            slave.set_state(state)
+            slave.set_real([files.references[name]], [0.03])
+            slave.do_step(files.step, files.step)
+            assert slave.get_real(out) == found[1]
+        slave.free_state(state)
+        slave.terminate()

@@ -22,9 +22,16 @@ KNOT = 0.02
 """The road is a straight line over each of these times, in s."""
 
 
-def write_halves(folder: Path, rollback: bool = True) -> dict[str, Path]:
-    """Write both halves as FMUs; without rollback, they cannot go back to a former state."""
-    option = {"canGetAndSetFMUstate": str(rollback).lower()}
+def write_halves(folder: Path, rollback: bool = True, any_step: bool = True) -> dict[str, Path]:
+    """Write both halves as FMUs.
+
+    Without ``rollback``, they cannot go back to a former state; without ``any_step``, the lower
+    one takes steps of 10 ms only, as its description says.
+    """
+    option = {
+        "canGetAndSetFMUstate": str(rollback).lower(),
+        "canHandleVariableCommunicationStepSize": str(any_step).lower(),
+    }
     return {
         name: write_python_fmu(
             f"{name.title()}Half", HERE / f"{name}_half.py", folder / f"{name}.fmu", **option

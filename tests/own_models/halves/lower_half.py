@@ -7,7 +7,7 @@ also gives the work that it has done on the body, which shows what a coupling ad
 import math
 import sys
 
-from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Real
 
 WHEEL, TYRE, TYRE_DAMPER, SPRING, HARDENING, DAMPER = 40.0, 2e5, 150.0, 2e4, 4e6, 1500.0
 LONGEST, FARTHEST = 1e-3, 10.0
@@ -34,6 +34,7 @@ class LowerHalf(Fmi2Slave):
         super().__init__(**kwargs)
         # the library of PythonFMU 0.7 releases the names of a module once too often
         vars(sys).setdefault("_spare_names", []).append(globals())
+        self.default_experiment = DefaultExperiment(0.0, 1.0, 0.01)
         self.road = self.body = 0.0
         self.before = [0.0, 0.0, 0.0, 0.0]
         self.x = [0.0, 0.0, 0.0, 0.0]

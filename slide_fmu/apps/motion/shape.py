@@ -31,6 +31,10 @@ PROBE = 1e-4
 HOPELESS = 1.0
 """A duration is given up if its linear program exceeds the allowed value by this fraction."""
 
+MOST_OWN = 720
+"""Largest number of shares if each coordinate has its own time law: larger programs take
+minutes, and a long move gains little."""
+
 AT_ONCE = 250
 """Number of probes evaluated together: their sequences fit into memory."""
 
@@ -68,12 +72,13 @@ def shape(
         start: shares of the route to begin with, (count,).
         end: sample from which on the result stays at the goal.
         allowed: deviation of the outputs from rest, in their unit, as a norm.
-        own: whether each coordinate has its own time law; on a straight route only.
+        own: whether each coordinate has its own time law, on a straight route and with at most
+            ``MOST_OWN`` shares.
     """
     if end == 0:  # the motion jumps: nothing is free
         return None
     route, share = response.route, np.where(np.arange(response.count) < end, start, 1.0)[:, None]
-    if own and route.straight:
+    if own and route.straight and end * len(route.moving) <= MOST_OWN:
         share = np.tile(share, len(route.moving))
     best: Planned | None = None
     for reach in REACHES if route.straight else REACHES_ALONG_CURVES:

@@ -44,34 +44,30 @@ def couple(
     """Run several FMUs together, and return their values over time.
 
     Args:
-        fmus: files of FMUs for co-simulation, of FMI 2.0 or 3.0 and of any tool, by the names of
-            the components. Explicit sequential steps take them in this order.
+        fmus: files of FMUs for co-simulation, by the names of the components, in the order of
+            sequential steps.
         connections: pairs ``("COMPONENT.OUTPUT", "COMPONENT.INPUT")``.
         step: communication step in s; the longest one where steps are controlled.
         stop: end time in s; the run begins at 0.
-        inputs: values of other inputs by ``"COMPONENT.INPUT"``, in their units: a number, a
-            function of the time in s, or times in s and values, with straight lines between them.
+        inputs: other inputs by ``"COMPONENT.INPUT"``, in their units: a number, a function of the
+            time in s, or times in s and values, with straight lines between them.
         parameters: start values by ``"COMPONENT.VARIABLE"``.
         progress: shows how far the run is.
-        method: ``"newton"`` (the default) or ``"fixed_point"``, which repeat each step until all
-            agree; ``"jacobi"`` or ``"gauss_seidel"``, which take each step once.
-        extrapolation: how inputs that are not known yet continue in explicit steps: ``"linear"``
-            (the default) or ``"zero"``, as the last value.
-        tolerance: implicit steps end when linked inputs agree with their sources within this part
-            of their size; 1e-4 by default.
+        method: ``"newton"`` (the default), ``"fixed_point"``, ``"gauss_seidel"`` or ``"jacobi"``.
+        extrapolation: of explicit steps: ``"linear"`` (the default) or ``"zero"``.
+        tolerance: difference at which implicit steps end, as a part of the size of an input;
+            1e-4 by default.
         iterations: largest number of iterations of a step; 20 by default.
-        control: ``"predictor"`` halves steps whose linked inputs differ from their extrapolation
-            by more than ``error``; ``"halving"`` those that differ from two half steps. None keeps
-            all steps.
-        error: as a part of the size of a linked input; 1e-3 by default.
-        record: names ``"COMPONENT.VARIABLE"`` of the values in the result; linked and given inputs
-            and all outputs that are not of the error estimate by default.
+        control: ``"predictor"`` or ``"halving"``; None (the default) keeps all steps.
+        error: largest error of controlled steps, likewise; 1e-3 by default.
+        record: names of the values in the result; linked and given inputs and all outputs by
+            default.
         moving: components whose FMUs move inputs to the set value by the end of a step, although
-            their model description does not say so, such as those of ``slide-fmu reference``.
+            their description does not say so.
 
     Raises:
-        CoSimulationError: an FMU cannot be run, is not for co-simulation or reports an error, the
-            method cannot run this system, or iterations do not end.
+        CoSimulationError: an FMU cannot be run or reports an error, the method cannot run this
+            system, or iterations do not end.
         FmuError: a file is no FMU.
         ValueError: a name, a unit, a connection or an option is wrong.
     """

@@ -74,7 +74,8 @@ def _facts(solved: Solved) -> list[Fact]:
     allowed = f"of {quantity(solved.task.tolerance, unit)} that are allowed"
     text = f"Distance from rest after it, {allowed}; with its margin "
     text += f"{quantity(move.residual_with_margin, unit)}."
-    facts.append(Fact("Predicted", quantity(move.residual, unit), text, inside))
+    judged = None if figures.rounds else inside  # else the reference model judges
+    facts.append(Fact("Predicted", quantity(move.residual, unit), text, judged))
     if true is not None:
         rounds = figures.rounds
         done = f"Verified in {_rounds(rounds)}" if rounds else "The same"

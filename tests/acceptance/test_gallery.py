@@ -30,8 +30,8 @@ LIMITS = {
     "3_measured_record": {"measured": 1.6, "noise": 1.2, "truth": 1.2},
     "4_trusted_steps": {
         "usual force, errors above the bound": 9.0,
-        "usual force, not in the domain": 1.0,
-        "large force, in the domain": 2.0,
+        "usual force, not trusted": 13.0,
+        "large force, trusted": 0.5,
     },
     "5_chosen_motion": {"error of the prediction": 1.2},
     "6_open_mass": {"1.2 kg": 0.17, "1.7 kg": 0.17, "2.8 kg": 0.27},

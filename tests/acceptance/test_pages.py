@@ -29,9 +29,6 @@ MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
 MOST_WORDS = 1000
 """Largest number of words of a page for users, without blocks of code."""
-LONGER = {"trust.md": 1058, "trust_method.md": 1049}
-"""Pages that are still longer. Lower a number, or remove the page, when it has become shorter."""
-
 MOST = {
     r"beside": 2,
     r"that of": 2,
@@ -71,7 +68,7 @@ def test_sentences_of_a_page_can_be_read_once(page: Path) -> None:
 
 @pytest.mark.parametrize("page", [*USER_PAGES, *TUTORIALS], ids=lambda page: page.name)
 def test_page_has_at_most_a_thousand_words(page: Path) -> None:
-    assert words(text_of(page)) <= LONGER.get(page.name, MOST_WORDS)
+    assert words(text_of(page)) <= MOST_WORDS
 
 
 def test_words_of_a_page_are_counted_with_names_in_code_and_without_blocks_of_code() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.app import MARGIN_FACTOR
+from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR
 from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of
 from slide_fmu.apps.motion.earliest_move import Found
 from slide_fmu.apps.motion.margin import what_margins_are

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.app import MARGIN_FACTOR, check_table
 from slide_fmu.apps.motion.choice import MoveFamily, choose
 from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import COSTS
@@ -19,6 +18,7 @@ from slide_fmu.apps.motion.margin import what_margins_are
 from slide_fmu.apps.motion.move import Move, MoveFigures, described_all
 from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.quietest_move import quietest
+from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR, check_table
 from slide_fmu.apps.motion.response import Reference
 from slide_fmu.apps.motion.set_points import MotionCurve, write_curve, write_inputs
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of

@@ -155,7 +155,7 @@ def test_a_start_that_a_surrogate_does_not_know_is_refused(kind: str) -> None:
 
 def test_a_long_rest_that_no_training_had_belongs_to_the_domain() -> None:
     """Novelty compares means over time, so it is above 1 at rest far out."""
-    problem = duffing_problem(-800.0)
+    problem = duffing_problem(-800.0, 0.8)
     assert problem.surrogate.trust(problem.start[None]).novelty[0] > 1
     require_in_domain(problem, earliest(problem).move)
 

@@ -27,8 +27,8 @@ LOOSER = {"error_bound": 0.01, "novelty": 1e-4}
 """Of an error bound and of the novelty, which follow from how far two networks are apart: the
 rounding of both is a part of that difference."""
 
-OF_BOUND = {"error_estimate": 1e-3}
-"""The same of an error estimate that is made of an error bound."""
+OF_BOUND = {"error_estimate": 5e-3}
+"""The same of an error estimate that is made of an error bound: its networks may agree to 1e-7."""
 
 
 @pytest.mark.parametrize("fmu", every(3, FMUS), ids=[path.stem for path in FMUS])

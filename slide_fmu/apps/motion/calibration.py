@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR
 from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of
 from slide_fmu.apps.motion.earliest_move import Found
 from slide_fmu.apps.motion.margin import what_margins_are
 from slide_fmu.apps.motion.predictor import MotionError
+from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR
 from slide_fmu.apps.motion.response import Reference
 from slide_fmu.apps.motion.solve import answer, problem_of, reference_of
 from slide_fmu.apps.motion.task import MoveTask

@@ -22,8 +22,8 @@ from slide_fmu.apps.motion import (
     quietest,
     read_task,
 )
-from slide_fmu.apps.motion.recipe_table import check_table
 from slide_fmu.apps.motion.calibration import least_moves, random_task, rank_of
+from slide_fmu.apps.motion.recipe_table import check_table
 from slide_fmu.apps.motion.solve import factor_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.recipe import RecipeError

@@ -90,6 +90,8 @@ def factors_of(
     ``conformal_factors``. See ``LEAST_FACTOR`` too.
 
     If there are too few trajectories for a confidence above the usual one, its bound is infinite.
+    No factor is smaller than one of a lower confidence, for which a kind may have enough
+    trajectories alone.
     """
     n_outputs = calibration.errors.shape[2]
     found = scales_of(head, calibration.statistics)[..., :n_outputs]
@@ -98,20 +100,19 @@ def factors_of(
     ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
     without = np.maximum(errors / found, 2.0**-MOST_EXPONENT)  # factors must be positive
     enough = calibrated(len(ratios))
-    return np.stack(
-        [
-            np.full(n_outputs, NO_BOUND)
-            if confidence > USUAL_CONFIDENCE and confidence not in enough
-            else np.maximum.reduce(
-                [
-                    conformal_factors(ratios, confidence),
-                    LEAST_FACTOR * conformal_factors(without, confidence),
-                    *_factors_of_kinds(ratios, kinds, 1 - UNEVEN * (1 - confidence)),
-                ]
-            )
-            for confidence in CONFIDENCES
-        ]
-    )
+    factors = [
+        np.full(n_outputs, NO_BOUND)
+        if confidence > USUAL_CONFIDENCE and confidence not in enough
+        else np.maximum.reduce(
+            [
+                conformal_factors(ratios, confidence),
+                LEAST_FACTOR * conformal_factors(without, confidence),
+                *_factors_of_kinds(ratios, kinds, 1 - UNEVEN * (1 - confidence)),
+            ]
+        )
+        for confidence in CONFIDENCES
+    ]
+    return np.asarray(np.maximum.accumulate(factors, axis=0))
 
 
 def _factors_of_kinds(

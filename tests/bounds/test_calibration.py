@@ -141,6 +141,20 @@ def test_common_kinds_are_covered_nearly_as_often_as_all_samples() -> None:
     np.testing.assert_array_equal(factors_of(bound.head, np.zeros(2), seen, rare)[1], alike[1])
 
 
+def test_factors_rise_where_a_kind_counts_for_the_lowest_confidence_alone() -> None:
+    """A kind has enough trajectories for 90 %, too few for 95 %, and far larger errors."""
+    rng, bound = np.random.default_rng(7), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    statistics = rng.normal(size=(120, 50, bound.head.n_channels))
+    scales, kinds = scales_of(bound.head, statistics), (np.arange(120) >= 100).astype(np.int64)
+    errors = scales * np.abs(rng.normal(size=scales.shape))
+    errors[kinds == 1] *= 20.0
+    seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+    alike, apart = (factors_of(bound.head, np.zeros(2), seen, of) for of in (ALIKE, kinds))
+    assert (apart[0] > alike[1]).all()
+    replace(bound, factors=apart)  # it refuses factors that fall
+
+
 def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None:
     rng, bound = np.random.default_rng(5), bounded_surrogate(SHAPE).bound
     assert bound is not None

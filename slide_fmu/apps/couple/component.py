@@ -234,6 +234,11 @@ def opened(
         if pin.component == name
     ]
     values = dict(system.parameters.get(name, {}))
+    if AT_STEP_END in values:
+        raise ValueError(
+            f"component {name!r}: {AT_STEP_END} = {values[AT_STEP_END]}; expected no value, since "
+            "the coupling sets it as the method needs it: leave it out"
+        )
     if AT_STEP_END in system.names(name, "parameter"):
         values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
     left = apply_start_values(slave.calls, description, values, settable_in_instantiated)

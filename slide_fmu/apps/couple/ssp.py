@@ -61,6 +61,11 @@ def _read(
     system = root.find(f"{SSD}System")
     if system is None:
         raise ValueError(f"{path}: {STRUCTURE} has no System; expected one")
+    if system.find(f"{SSD}ParameterBindings") is not None:
+        raise ValueError(
+            f"{path}: the system has ParameterBindings; expected them in components alone: move "
+            "each one into its component, or give the values by --set"
+        )
     for tag in ("System", "SignalDictionaryReference"):
         if (found := system.find(f"{SSD}Elements/{SSD}{tag}")) is not None:
             raise ValueError(
@@ -75,15 +80,40 @@ def _read(
                 f"{path}: component {name!r} has the source {source!r} of type "
                 f"{component.get('type', FMU_KIND)!r}; expected an FMU inside the SSP"
             )
+        if name in fmus:
+            raise ValueError(
+                f"{path}: there are two components {name!r}; expected one of each name: rename one"
+            )
         fmus[name] = Path(archive.extract(source, folder))
         for key, value in _parameters(path, component, archive).items():
             parameters[f"{name}.{key}"] = value
-    experiment = root.find(f"{SSD}DefaultExperiment")
-    stop = None if experiment is None else experiment.get("stopTime")
     connections = [
         _connection(path, c) for c in system.findall(f"{SSD}Connections/{SSD}Connection")
     ]
-    return SspSystem(fmus, connections, parameters, None if stop is None else float(stop))
+    return SspSystem(fmus, connections, parameters, _stop(path, root))
+
+
+def _stop(path: Path, root: ElementTree.Element) -> float | None:
+    """Return the end time in s of the default experiment, which must begin at 0."""
+    experiment = root.find(f"{SSD}DefaultExperiment")
+    if experiment is None:
+        return None
+    times: dict[str, float] = {}
+    for key in ("startTime", "stopTime"):
+        if (text := experiment.get(key)) is not None:
+            try:
+                times[key] = float(text)
+            except ValueError:
+                raise ValueError(
+                    f"{path}: the default experiment has {key} = {text!r}; expected a number in "
+                    "s: correct it"
+                ) from None
+    if times.get("startTime", 0.0) != 0:
+        raise ValueError(
+            f"{path}: the default experiment begins at {times['startTime']:g} s; expected 0, "
+            "where coupled runs begin: set startTime to 0, and shift stopTime and the inputs"
+        )
+    return times.get("stopTime")
 
 
 def _connection(path: Path, connection: ElementTree.Element) -> tuple[str, str]:
@@ -112,6 +142,12 @@ def _parameters(
     """Return the start values of a component, from files and from what the SSP itself has."""
     found: dict[str, float] = {}
     for binding in component.iter(f"{SSD}ParameterBinding"):
+        if binding.get("prefix") or binding.find(f"{SSD}ParameterMapping") is not None:
+            raise ValueError(
+                f"{path}: a ParameterBinding of component {component.get('name')!r} has a prefix "
+                "or a ParameterMapping; expected neither: write the names of the FMU into the "
+                "parameter set"
+            )
         source = binding.get("source")
         if source is not None:
             found |= parameters_of(archive.read(source), f"{path}/{source}")
@@ -124,14 +160,20 @@ def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Read a table of inputs over time, as ``couple`` takes them.
 
     Raises:
-        ValueError: it has no column ``time`` first, or a row with something else than numbers.
+        ValueError: it has no column ``time`` first, two columns of one name, or a row with
+            something else than numbers.
     """
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:  # Excel begins files with a mark
         heading, *rows = list(csv.reader(file)) or [[]]
     if len(heading) < 2 or heading[0] != "time" or len(rows) < 1:
         raise ValueError(
             f"{path} begins with the columns {heading}; expected time, then COMPONENT.VARIABLE "
             "for each input, and rows of numbers below"
+        )
+    if twice := sorted({name for name in heading if heading.count(name) > 1}):
+        raise ValueError(
+            f"{path} has the columns {twice} more than once; expected one for each input: remove "
+            "the others"
         )
     for line, row in enumerate(rows, start=2):
         try:

@@ -40,12 +40,13 @@ def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) 
             reference model confirms none, or as for ``ringing_shapers``.
     """
     profile, least, rows = ringing_shapers(problem)
-    step = problem.surrogate.window.step
+    step, given = problem.surrogate.window.step, duration
     duration = step * np.floor(duration / step + 1e-9)
     if duration < least:
         raise MotionError(
-            f"duration {duration:g} s, in whole steps; expected at least {least:.4g} s, which the "
-            "limits and the step need: give the motion more time, or raise the limits"
+            f"duration {given:g} s, which are {duration:.4g} s in whole steps; expected at least "
+            f"{least:.4g} s, which the limits and the step need: give the motion more time, or "
+            "raise the limits"
         )
     response = problem.response(duration)
     times = [(row, duration - row.delays[-1]) for row in rows]

@@ -92,12 +92,18 @@ def write_curve(surrogate: Surrogate, curve: MotionCurve, rate: float, path: Pat
         path: the file.
 
     Raises:
-        MotionError: inputs hold over each step, or there are too many rows.
+        MotionError: inputs hold over each step, or there are too many rows or fewer than two.
     """
     if surrogate.hold == "zero_order":
         raise MotionError(
             f"--rate {rate:g} for surrogate {surrogate.name!r}, whose inputs hold over each step; "
             "expected one whose inputs move between samples: leave --rate away"
+        )
+    if not 0 < rate <= curve.duration:
+        raise MotionError(
+            f"--rate {rate:g} is no time between rows in s of this motion, which takes "
+            f"{curve.duration:.4g} s; expected one above 0 and at most as long: lower it, such as "
+            f"to {curve.step / 10:g}"
         )
     count = math.ceil(curve.duration / rate - 1e-9) + 1
     if count > MOST_ROWS:
@@ -107,7 +113,7 @@ def write_curve(surrogate: Surrogate, curve: MotionCurve, rate: float, path: Pat
     time = rate * np.arange(count)
     at = np.minimum(time, curve.duration)
     rows = np.stack([curve.spline(at, nu=order) for order in range(3)], axis=1)
-    rows[-1, 1:] = 0.0  # rounding
+    rows[[0, -1], 1:] = 0.0  # rounding
     names = [
         name + of
         for name in (c.title.replace(" ", "_") for c in curve.coordinates)

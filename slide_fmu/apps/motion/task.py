@@ -215,11 +215,16 @@ def read_task(path: Path) -> MoveTask | PathTask:
             f"{path}: kind = {task.kind!r} with {unused}; expected these for 'choose' alone: "
             "remove them"
         )
+    if task.straight and task.kind != "earliest":
+        raise MotionError(
+            f"{path}: kind = {task.kind!r} with straight = true; expected it for 'earliest' "
+            "alone, since others go straight where they pass no points: remove it"
+        )
     return task
 
 
 def _without_kind(text: str) -> str:
     """Remove the choice of the union, which is not part of a key."""
     for kind in ("earliest", "quietest", "choose", "compensate"):
-        text = text.replace(f": {kind}.", ": ")
+        text = text.replace(f": {kind}.", ": ").replace(f" of {kind}.", " of ")
     return text.replace(": task.kind = ", ": kind = ")

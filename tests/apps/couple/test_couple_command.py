@@ -95,6 +95,11 @@ def test_start_values_of_the_ssp_are_used(car: Path, tmp_path: Path) -> None:
         ('startElement="lower" ', "", ("force to upper.force", "connector of the system")),
         ("<Elements>", '<Elements><System name="inner"/>', ("System 'inner'",)),
         ("</System>", "", ("not an SSP file",)),
+        ('name="upper" source', 'name="lower" source', ("two components 'lower'",)),
+        ("<Elements>", "<ParameterBindings/><Elements>", ("system has Param", "--set")),
+        ("<ParameterBinding>", '<ParameterBinding prefix="a.">', ("'upper'", "prefix")),
+        ('stopTime="0.4"', 'stopTime="soon"', ("stopTime = 'soon'", "number in s")),
+        ('stopTime="0.4"', 'startTime="2" stopTime="3"', ("begins at 2 s", "expected 0")),
     ],
 )
 def test_structure_that_is_not_known_is_refused(
@@ -111,6 +116,8 @@ def test_structure_that_is_not_known_is_refused(
     [
         ("t,lower.road\n0,0\n", ("columns ['t'", "expected time")),
         ("time,lower.road\n0,x\n", ("line 2", "expected 2 numbers")),
+        ("time,lower.road,lower.road\n0,1,2\n", ("['lower.road'] more than once",)),
+        ("\ufefftime,lower.road\n0,x\n", ("line 2",)),  # the mark of Excel is no part of a name
     ],
 )
 def test_table_of_inputs_that_cannot_be_read_is_refused(

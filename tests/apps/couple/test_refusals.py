@@ -66,6 +66,12 @@ def test_different_units_are_refused() -> None:
         slide.couple(fmus, [("crank.deflection", "spring.force")], step=0.03, stop=0.3)
 
 
+def test_parameter_that_the_coupling_sets_is_refused() -> None:
+    given = {"crank.inputs_at_step_end": 0.0}
+    with refused(ValueError, "'crank'", "inputs_at_step_end = 0.0", "leave it out"):
+        slide.couple({"crank": CRANK}, [], step=0.03125, stop=0.0625, parameters=given)
+
+
 def test_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
     car = build_in_c(tmp_path / "car.fmu")
     with refused(CoSimulationError, "component 'car'", "for model exchange", "co-simulation"):

@@ -74,6 +74,12 @@ def test_other_kinds_of_tasks_are_answered_too(kind: str, tmp_path: Path) -> Non
         ({"kind": '"fastest"'}, "task.toml: kind = 'fastest'; expected one of 'earliest'"),
         ({"kind": '"quietest"'}, "kind = 'quietest' without duration"),
         ({"duration": "1.0"}, "kind = 'earliest' with duration"),
+        ({"kind": '"choose"', "straight": "true"}, "with straight = true; expected it for"),
+        ({"start": '["0 N"]'}, "1st value of start = '0 N'"),
+        (
+            {"kind": '"quietest"', "duration": "0.001"},
+            "duration 0.001 s, which are 0 s in whole steps; expected at least 0.03 s",
+        ),
         ({"tolerence": "1.0"}, "tolerence"),
         (
             {"candidates": "9"},

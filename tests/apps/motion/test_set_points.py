@@ -53,6 +53,14 @@ def test_inputs_that_hold_over_a_step_have_no_other_rate(tmp_path: Path) -> None
         write_curve(sum_surrogate(), curve, 0.001, tmp_path / "a.csv")
 
 
+@pytest.mark.parametrize("rate", [np.inf, np.nan, 2.0])
+def test_rate_that_gives_no_rows_within_the_motion_is_refused(rate: float, tmp_path: Path) -> None:
+    curve = MotionCurve(AXIS, fastest_samples(), STEP, limits(2.0, 4.0))
+    with refused(MotionError, f"--rate {rate:g}", "takes 1.35 s", "0.005"):
+        write_curve(sum_surrogate(hold="first_order"), curve, rate, tmp_path / "a.csv")
+    assert not (tmp_path / "a.csv").exists()
+
+
 @pytest.mark.parametrize("task", ["pick_and_place", "closed_path"])
 def test_set_points_at_a_rate_have_positions_speeds_and_accelerations(
     task: str, tmp_path: Path

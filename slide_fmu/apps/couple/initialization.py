@@ -60,7 +60,7 @@ def initialized(
         for i, name in enumerate(one.outputs)
     }
     sources = [index[link.source] for link in system.links]
-    inputs, outputs = _first_values(components, places, parts, sources)
+    inputs, left = _first_values(components, places, parts, sources)
     links = zip(system.links, inputs, strict=True)
     sizes = np.array([range_of(system.variable(link.target), value) for link, value in links])
     for one, place in zip(components, places, strict=True):
@@ -72,6 +72,13 @@ def initialized(
     owners = [one for one in components for _ in one.linked]
     held = np.array([one.inputs in ("held", "forecast") for one in owners], dtype=np.bool_)
     mix, remarks = mixed(system, components, options, held)
+    known = left <= options.tolerance * np.maximum(sizes, np.abs(inputs))
+    remarks += [
+        f"{link.source} and {link.target} differ by {difference:.3g} at the start, after {SWEEPS} "
+        "exchanges, since outputs follow inputs in a circle: the first values are not exact"
+        for link, difference, agree in zip(system.links, left, known, strict=True)
+        if not agree
+    ]
     rounding = np.array([_rounding(system, link.source) for link in system.links])
     loop = Loop(components, places, sources, parts, held, mix, sizes, rounding, outputs, inputs)
     loop.inputs = loop.values(outputs)
@@ -93,18 +100,19 @@ def _first_values(
     parts: Sequence[slice],
     sources: list[int],
 ) -> tuple[FloatArray, FloatArray]:
-    """Return linked inputs and outputs at the start, exchanged until they agree."""
+    """Return linked inputs at the start, exchanged until they agree, and what is left."""
     outputs = np.zeros(parts[-1].stop)
-    inputs = np.zeros(len(sources))
+    inputs, left = np.zeros(len(sources)), np.zeros(len(sources))
     for sweep in range(SWEEPS):
         for one, place, part in zip(components, places, parts, strict=True):
             one.set_linked(inputs[place] if sweep else one.starts(), 0.0)
             outputs[part] = one.read()
         new = outputs[sources]
+        left = np.abs(new - inputs)
         if sweep and np.allclose(new, inputs, rtol=1e-9, atol=0.0):
             break
         inputs = new
-    return inputs, outputs
+    return inputs, left
 
 
 def _parts(counts: Sequence[int]) -> list[slice]:

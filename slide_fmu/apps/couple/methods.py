@@ -139,7 +139,7 @@ class Implicit(Method):
                 now = now + np.where(free, change, 0.0)
         finally:
             loop.free(states)
-        raise _endless(loop, trial)
+        raise _endless(loop, trial, self._newton)
 
     @staticmethod
     def _evaluate(
@@ -176,7 +176,10 @@ class Implicit(Method):
             if square > (CLEAR * self._tolerance) ** 2:
                 rise = trial.left - self._left - self._jacobian @ self._last
                 self._jacobian = self._jacobian + np.outer(rise, weighted) / square
-        change: FloatArray = np.asarray(-np.linalg.solve(self._jacobian, trial.left), np.float64)
+        try:
+            change = np.asarray(-np.linalg.solve(self._jacobian, trial.left), np.float64)
+        except np.linalg.LinAlgError as error:  # the inputs may be anything, or nothing
+            raise _endless(loop, trial, self._newton) from error
         self._left, self._last = trial.left, change
         return change
 
@@ -207,13 +210,13 @@ def _sizes(loop: Loop) -> FloatArray:
     return np.where(loop.sizes > 0, loop.sizes, 1.0)
 
 
-def _endless(loop: Loop, trial: _Trial) -> CoSimulationError:
+def _endless(loop: Loop, trial: _Trial, newton: bool) -> CoSimulationError:
     worst = int(np.argmax(np.abs(trial.left) / _sizes(loop)))
     owner = next(k for k, place in enumerate(loop.places) if place.start <= worst < place.stop)
     one = loop.components[owner]
     name = f"{one.name}.{one.linked[worst - loop.places[owner].start]}"
     return CoSimulationError(
         f"step of {trial.length:g} s from {trial.time:.9g} s: {name} and its source differ by "
-        f"{trial.left[worst]:.3g} after {trial.number} iterations; expected agreement: choose the "
-        "method newton, a shorter step, or a larger tolerance"
+        f"{trial.left[worst]:.3g} after {trial.number} iterations; expected agreement: choose "
+        f"{'' if newton else 'the method newton, '}a shorter step or a larger tolerance"
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import slide_fmu as slide
@@ -18,6 +19,7 @@ from tests.refusals import refused
 ROOT = Path(__file__).parents[3]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 CRANK = ROOT / "fmus" / "slider_crank" / "slider_crank.fmu"
+LOOP = [("one.y", "two.u"), ("two.y", "one.u")]
 
 
 @pytest.mark.parametrize(
@@ -85,12 +87,32 @@ def test_missing_file_is_named() -> None:
 
 def test_circle_of_feedthrough_is_refused_by_explicit_methods(tmp_path: Path) -> None:
     gain = write_gain(tmp_path)
-    loop = {"one": gain, "two": gain}
-    links = [("one.y", "two.u"), ("two.y", "one.u")]
+    loop, links = {"one": gain, "two": gain}, LOOP
     with refused(CoSimulationError, "['one', 'two']", "algebraic loop", "'newton'"):
         slide.couple(loop, links, step=0.1, stop=0.2, method="jacobi")
     run = slide.couple(loop, links, step=0.1, stop=0.2)
     assert run["one.y"][-1] == pytest.approx(1 / (1 - 0.5), rel=1e-4)  # y = 1 + u / 2, twice
+
+
+def test_loop_with_singular_derivatives_names_the_input(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def singular(*_: Any) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    loop, links = dict.fromkeys(("one", "two"), write_gain(tmp_path)), LOOP
+    monkeypatch.setattr(np.linalg, "solve", singular)
+    with refused(CoSimulationError, "and its source differ by", "choose a shorter step"):
+        slide.couple(loop, links, step=0.1, stop=0.2)
+
+
+def test_first_values_of_a_loop_that_do_not_agree_get_a_remark(tmp_path: Path) -> None:
+    loop = dict.fromkeys(("one", "two"), write_gain(tmp_path))
+    run = slide.couple(loop, LOOP, step=0.1, stop=0.2)
+    assert abs(run["one.y"][0] - 2) > 1e-4
+    assert [word for word in run.figures.remarks if "one.y" in word and "start" in word]
+    exact = slide.couple(loop, LOOP, step=0.1, stop=0.2, tolerance=0.01)
+    assert exact.figures.remarks == []
 
 
 def test_step_is_asked_for_where_no_fmu_names_one(halves: dict[str, Path]) -> None:

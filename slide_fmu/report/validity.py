@@ -215,11 +215,18 @@ def _of_kinds(
 
 def _beyond(figures: ValidationFigures, flagged: str, calls: tuple[str, str]) -> Judgement:
     """Judge all kinds together, at larger amplitudes."""
-    harm = None if figures.error_bound is None else figures.error_bound.harm
+    bound = figures.error_bound
+    harm = None if bound is None else bound.harm
     kinds = "kinds that were held out" if figures.held_out else "same kinds"
     text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
     verdict = BEYOND if harm is None else _verdict(harm, flagged)
-    return Judgement(verdict, text, error=figures.worst, harm=harm, calls=calls)
+    covered = None
+    if bound is not None:
+        plain = bound.plain if calls[1] else None
+        known = (output.coverage for output in bound.outputs)
+        covered = min(known if plain is None else plain.coverage, default=None)
+    trajectories = None if harm is None else figures.trajectories
+    return Judgement(verdict, text, "", trajectories, figures.worst, covered, harm, calls)
 
 
 def _calls(surrogate: Surrogate, figures: ValidationFigures) -> tuple[str, str]:

@@ -154,11 +154,13 @@ def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_nam
 
 def test_inputs_beyond_the_range_are_judged_together() -> None:
     harm = {"harmful": 0.3, "harmful_flagged": 1.0}
-    beyond = of_kind("sweep", harm, amplitude=[1.0, 3.0])
+    beyond = of_kind("sweep", harm, amplitude=[1.0, 3.0], trajectories=7)
+    beyond["error_bound"]["outputs"] = [{"coverage": 0.9}, {"coverage": 0.8}]
     found = judged(a=beyond)[0]
     assert found.verdict == "not valid, and the FMU says so"
     assert found.inputs == "inputs of the same kinds at 1 to 3 times the amplitude"
-    assert found.measured.startswith("relative RMSE 2 %, 30 % of the samples harmful, 100 %")
+    measured = "7 trajectories, relative RMSE 2 %, 80 % of the samples covered by the bound, 30 %"
+    assert found.measured.startswith(measured)
     held_out = judged(a={**beyond, "held_out": True})[0]
     assert held_out.inputs.startswith("inputs of the kinds that were held out at 1 to 3 times")
 

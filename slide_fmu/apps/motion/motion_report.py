@@ -88,17 +88,19 @@ def _facts(solved: Solved) -> list[Fact]:
 def remark_on_moves(solved: Solved) -> str | None:
     """Say whether it is verified, whether a baseline is the answer, and what the domain excludes.
 
-    It is None if an optimised move is the answer, unverified, and all moves lie in the domain.
+    It is None if an optimised move is the answer, without a reference model, and all moves lie in
+    the domain.
     """
     found, sentences, figures = solved.found, [], solved.figures()
-    if found.rounds and figures.reference is not None:
+    if figures.reference is not None:
+        begin = f"Verified in {_rounds(found.rounds)}: by" if found.rounds else "By"
         true = figures.reference.move
         unit = behind(solved.surrogate.outputs[0].unit)
         sentences.append(
-            f"Verified in {_rounds(found.rounds)}: by the reference model, the move leaves "
+            f"{begin} the reference model, the move leaves "
             f"{true.residual:.3g}{unit} of {solved.task.tolerance:g}{unit} that are allowed."
         )
-        if found.move.known < 1:
+        if found.rounds and found.move.known < 1:
             sentences.append("It leaves the domain of the surrogate, where margins say nothing.")
     if found.move.name in {move.name for move in found.baselines}:
         sentences.append(

@@ -18,9 +18,10 @@ from slide_fmu.bounds.calibration import (
 )
 from slide_fmu.bounds.observations import Observations, thinned
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.surrogate.error_bound import CONFIDENCES, local_scales
+from slide_fmu.surrogate.error_bound import CONFIDENCES, NO_BOUND, local_scales
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
+from tests.refusals import refused
 
 ALIKE = np.zeros(120, dtype=np.int64)
 """All trajectories of a calibration are of one kind of input."""
@@ -121,6 +122,21 @@ def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -
         assert (covered(factor * (1 - 1e-9)) < wanted).all()
     alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors), ALIKE)
     assert (factors < alone).all()
+
+
+def test_few_trajectories_give_no_bound_of_99_percent_and_fewer_none_at_all() -> None:
+    rng, bound = np.random.default_rng(8), bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    for count in (20, 99, 100):
+        statistics = rng.normal(size=(count, 30, bound.head.n_channels))
+        errors = rng.uniform(0, 1, (count, 30, 2))
+        seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+        found = factors_of(bound.head, np.zeros(2), seen, ALIKE[:count])
+        assert (found[:2] < NO_BOUND).all()
+        assert (found[2] == NO_BOUND).all() == (count < 100)
+    few = Observations(*(part[:19] for part in (statistics,) * 3), 0.0 * errors[:19], errors[:19])
+    with refused(ValueError, "with 19 trajectories", "at least 20"):
+        factors_of(bound.head, np.zeros(2), few, ALIKE[:19])
 
 
 def test_common_kinds_are_covered_nearly_as_often_as_all_samples() -> None:

@@ -87,6 +87,7 @@ def test_moves_get_slower_where_all_that_are_as_fast_as_their_limits_leave_the_d
     assert found.move.trusted(settled, found.response, problem.tolerance) < np.inf
 
 
+@pytest.mark.extended
 def test_an_answer_tells_that_faster_moves_leave_the_domain(tmp_path: Path) -> None:
     told = {}
     for slower in (1.4, 2.4):
@@ -123,6 +124,7 @@ def test_best_candidate_is_one_in_the_domain() -> None:
     require_in_domain(problem, choose(problem, largest, MoveFamily(300, 3.0, 0)).move)
 
 
+@pytest.mark.extended
 def test_a_domain_without_any_move_is_named_as_the_reason() -> None:
     hard = with_domain(crank_problem(), slower=6.0)
     with refused(MotionError, "stays in the domain", "even 3 times slower"):

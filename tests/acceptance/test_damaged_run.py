@@ -46,6 +46,7 @@ def copied(duffing: Finished, tmp_path: Path) -> Finished:
     return Finished(duffing.recipe, tmp_path / "runs", duffing.name, duffing.figures)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("kind", essential(DAMAGES, "half"))
 def test_export_says_that_the_fmu_was_damaged_and_writes_it_anew(
     copied: Finished, kind: str

@@ -66,6 +66,7 @@ def require_passed(problem: MoveProblem, move: Move, parts: int = 50) -> None:
     np.testing.assert_allclose(move.motion[move.end :] - problem.goal, 0, atol=1e-12)
 
 
+@pytest.mark.extended
 def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shaper() -> None:
     problem = robot_problem()
     found = earliest(problem)

@@ -11,6 +11,7 @@ from slide_fmu.apps.motion import Coordinate, Limits, MotionError
 from slide_fmu.apps.motion.set_points import MotionCurve, write_curve
 from tests.acceptance.conftest import invoke
 from tests.fmu.samples import sum_surrogate
+from tests.marks import first
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
@@ -61,7 +62,7 @@ def test_rate_that_gives_no_rows_within_the_motion_is_refused(rate: float, tmp_p
     assert not (tmp_path / "a.csv").exists()
 
 
-@pytest.mark.parametrize("task", ["pick_and_place", "closed_path"])
+@pytest.mark.parametrize("task", first(["closed_path", "pick_and_place"]))
 def test_set_points_at_a_rate_have_positions_speeds_and_accelerations(
     task: str, tmp_path: Path
 ) -> None:

@@ -92,6 +92,7 @@ def test_tolerance_below_the_margin_at_rest_is_refused(chromium: Browser, page: 
     assert "more than the tolerance" in said
 
 
+@pytest.mark.extended
 def test_goal_that_is_changed_is_searched_for_when_people_ask(
     chromium: Browser, page: Path
 ) -> None:

@@ -102,7 +102,7 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     assert drawn[:2] == [2, 1]
     assert 1 <= drawn[2] <= 10
     text = (folder / "card.md").read_text(encoding="utf-8")
-    assert "- Valid: force takes random values of up to 1000 N, each for " in text
+    assert "| valid | force takes random values of up to 1000 N, each for " in text
     assert "<td>force takes random values of up to 1000 N, each for " in page
     card = text.split("### Error bound")[1]
     (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]

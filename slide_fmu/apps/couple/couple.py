@@ -30,7 +30,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.variables import BY_KEY, REFERENCES_PER_KIND
 
 
-def couple(
+def couple(  # noqa: PLR0913 - its options are the keywords that users read
     fmus: Mapping[str, str | Path],
     connections: Iterable[tuple[str, str]],
     *,
@@ -39,7 +39,14 @@ def couple(
     inputs: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Any] | None = None,
     progress: Progress = quiet,
-    **options: Any,
+    method: str = "newton",
+    extrapolation: str = "linear",
+    tolerance: float = 1e-4,
+    iterations: int = 20,
+    control: str | None = None,
+    error: float = 1e-3,
+    record: Sequence[str] | None = None,
+    moving: Sequence[str] = (),
 ) -> Coupled:
     """Run several FMUs together, and return their values over time.
 
@@ -72,7 +79,10 @@ def couple(
         ValueError: a name, a unit, a connection or an option is wrong.
     """
     system = coupled_system(fmus, connections, parameters or {}, inputs or {})
-    return run_coupled(system, CouplingOptions(step=step, stop=stop, **options), progress)
+    options = CouplingOptions(
+        step, stop, method, extrapolation, tolerance, iterations, control, error, record, moving
+    )
+    return run_coupled(system, options, progress)
 
 
 def run_coupled(

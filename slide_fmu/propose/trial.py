@@ -296,9 +296,10 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
     Kinds that the networks learn from come last, since some of their motions were simulated
     already.
     """
-    yield "bound.excitation", recipe.further_kinds(), 1.0
-    yield "validation.excitation", recipe.validation.excitation, 1.0
-    kinds, estimator = recipe.data.excitation, recipe.estimator
+    tables, estimator = recipe.tables_of_kinds(), recipe.estimator
+    kinds = tables.pop("data")
+    for table, others in tables.items():
+        yield f"{table}.excitation", others, 1.0
     if recipe.data.beyond:
         yield "data.beyond", kinds, recipe.data.beyond_factor[1]
     if estimator is not None and estimator.beyond:
@@ -312,17 +313,12 @@ def remarks_on_sampling(recipe: Recipe) -> list[str]:
     There is one sentence for each of them. A sampled sine above the Nyquist frequency, pi over the
     step, looks like a slower one.
     """
-    tables = {
-        "data": recipe.data.excitation,
-        "bound": recipe.further_kinds(),
-        "validation": recipe.validation.excitation,
-    }
     limit = math.pi / recipe.window.step
     return [
         f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "
         f"rad/s, but samples that are {recipe.window.step:g} s apart show at most {limit:.4g} "
         "rad/s; faster vibrations become slower ones: lower it, or give a smaller window.step"
-        for table, kinds in tables.items()
+        for table, kinds in recipe.tables_of_kinds().items()
         for number, kind in enumerate(kinds, 1)
         for highest in [max(getattr(kind, "angular_frequency", None) or (0.0,))]
         if highest > limit

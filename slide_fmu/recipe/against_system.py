@@ -25,13 +25,13 @@ GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 
 
 def require_all_kinds(recipe: Recipe, system: Source) -> None:
-    """Refuse excitations that cannot drive the system, also of the bound and held-out kinds.
+    """Refuse excitations of all tables that cannot drive the system.
 
     Raises:
         RecipeError: a kind cannot drive the inputs.
     """
-    require_driving(recipe, "bound", recipe.further_kinds(), system)
-    require_driving(recipe, "validation", recipe.validation.excitation, system)
+    for table, kinds in recipe.tables_of_kinds().items():
+        require_driving(recipe, table, kinds, system)
 
 
 def require_driving(
@@ -52,14 +52,9 @@ def require_driving(
 
 def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:
     """Say which kinds of excitation leave the ranges of the inputs often, a sentence each."""
-    tables = {
-        "data": recipe.data.excitation,
-        "bound": recipe.further_kinds(),
-        "validation": recipe.validation.excitation,
-    }
     return [
         f"{table}.excitation, number {number} ({kind.kind}): {found}"
-        for table, kinds in tables.items()
+        for table, kinds in recipe.tables_of_kinds().items()
         for number, kind in enumerate(kinds, 1)
         for found in [clipped(kind, tuple(system.inputs), recipe.window.step)]
         if found is not None

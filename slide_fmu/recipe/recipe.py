@@ -28,6 +28,9 @@ FURTHER = "further"
 OF_BOUND = ("companion", "bound", "calibration", FURTHER)
 """Trajectories of the error bound alone."""
 
+LEARNT = ("train", "companion", "bound")
+"""These trajectories are also of the kinds ``training.expert.excitation``."""
+
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Names of the stored splits. Test trajectories are drawn anew for every validation."""
 
@@ -95,9 +98,26 @@ class Recipe(Table):
         """Return the kinds of excitation that the error bound alone learns from."""
         return () if self.bound is None else self.bound.excitation
 
+    def kinds_of_training(self) -> tuple[Excitation, ...]:
+        """Return the kinds of excitation that are learnt from, but not promised."""
+        return getattr(self.training.expert, "excitation", ())
+
+    def tables_of_kinds(self) -> dict[str, tuple[Excitation, ...]]:
+        """Return the kinds of excitation of all tables, by the place of a table."""
+        return {
+            "data": self.data.excitation,
+            "training.expert": self.kinds_of_training(),
+            "bound": self.further_kinds(),
+            "validation": self.validation.excitation,
+        }
+
     def drawn_for(self, split: str) -> Recipe:
         """Return the recipe whose motions are the motions of a split."""
-        return self.with_further_kinds() if split == FURTHER else self
+        if split == FURTHER:
+            return self.with_further_kinds()
+        if split in LEARNT and self.kinds_of_training():
+            return self.with_kinds((*self.data.excitation, *self.kinds_of_training()))
+        return self
 
     def with_further_kinds(self) -> Recipe:
         """Return the recipe whose motions are of the kinds that the error bound alone learns from.

@@ -197,6 +197,7 @@ def _require_no_model(recipe: Recipe) -> None:
         "data.excitation": [kind.kind for kind in data.excitation],
         "data.beyond": data.beyond,
         "validation.duration": recipe.validation.duration,
+        "training.expert.excitation": [kind.kind for kind in recipe.kinds_of_training()],
         "validation.excitation": [kind.kind for kind in recipe.validation.excitation],
     }
     for key, value in given.items():

@@ -59,9 +59,13 @@ def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None)
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]
-    if recipe.further_kinds():
-        rows = _kind_rows(recipe.further_kinds())
-        found.append(table("error_bound.learnt_from", "Excitation", rows))
+    others = {
+        "validity.also_learnt_from": recipe.kinds_of_training(),
+        "error_bound.learnt_from": recipe.further_kinds(),
+    }
+    for name, kinds in others.items():
+        if kinds:
+            found.append(table(name, "Excitation", _kind_rows(kinds)))
     if surrogate.parameters:
         rows = [_range_row(p.signal) for p in surrogate.parameters]
         found.append(table("validity.parameters", "Parameter", rows))

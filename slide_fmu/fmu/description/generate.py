@@ -106,7 +106,7 @@ hide:
 
 # Variables and words
 
-Below the variables are the [words](#words) of these pages.
+The variables are followed by a [glossary](#words).
 
 ## Variables of an FMU
 

@@ -36,6 +36,8 @@ SMALL_FILES = {
     "slide_fmu.network.feed_forward.gradient": "each family has its gradient in such a file",
 }
 """Files that are small for a reason."""
+MOST_OF_PIPELINE = 2_500
+"""The stages of the way stand here alone; what they do is in other rooms."""
 MOST_KEYS = 165
 """A recipe has no more keys than this, without the tables for experts. Which kind of excitation a
 table is, and its weight, count for no key."""
@@ -55,7 +57,7 @@ def lines_of(folder: Path) -> int:
     "room", [r for r in ROOMS if r.name != "apps"] + APPS, ids=lambda path: path.name
 )
 def test_room_is_small_enough_to_be_known(room: Path) -> None:
-    assert lines_of(room) <= MOST_LINES
+    assert lines_of(room) <= {"pipeline": MOST_OF_PIPELINE}.get(room.name, MOST_LINES)
 
 
 @pytest.mark.skipif(len(APPS) < ALL_APPS, reason="an app was removed, which used some files")

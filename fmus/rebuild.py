@@ -25,7 +25,6 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
 from slide_fmu.pipeline.apps import Release, with_origins
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import checked, open_job
 from slide_fmu.pipeline.measurement import tasks
@@ -38,7 +37,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.task import IN_RANGE
+from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
 from slide_fmu.validation.trust_figures import SearchFigures
 
 TRAINING = Path(__file__).parents[1] / "training"

@@ -26,7 +26,7 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
 )
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.validation.task import UNSEEN_SEED
 
 
 def export(

@@ -16,12 +16,12 @@ from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.fmu.export import FmuError, export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.report.display import messages, shown
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
+from slide_fmu.validation.task import UNSEEN_SEED
 
 if TYPE_CHECKING:  # it needs the packages of the training
     from slide_fmu.pipeline.job import Job, Tell

@@ -41,7 +41,7 @@ from slide_fmu.cli.options import (
     WorkersOption,
 )
 from slide_fmu.core.extras import how_to_install, missing_for_training, require_training
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.validation.task import UNSEEN_SEED
 
 
 def init(

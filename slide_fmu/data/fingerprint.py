@@ -6,6 +6,7 @@ They show whether the data were made from other values, or from a model that has
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +15,8 @@ import numpy as np
 from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
+from slide_fmu.excitation.loop import LoopRecipe
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -37,6 +40,8 @@ class Fingerprint:
         step: sample step in s.
         estimator: keys of this table about its trajectories; None without one.
         bound: kinds of excitation of an error bound alone; None without such kinds.
+        loop: loops in which motions are drawn; None without.
+        training: kinds that are learnt from, but not promised; None without such kinds.
     """
 
     system: Tables
@@ -45,6 +50,8 @@ class Fingerprint:
     parameters: Tables
     estimator: Tables | None = optional()
     bound: Tables | None = optional()
+    loop: Tables | None = optional()
+    training: Tables | None = optional()
 
 
 def data_fingerprint(recipe: Recipe) -> Fingerprint:
@@ -54,22 +61,26 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
     the fingerprint: a store may hold more than a recipe reads.
     """
     exclude = {"reference", "picture", "chain", "drive", "noise_record"}
-    estimator = bound = None
+    estimator = None
     if recipe.estimator is not None:
         keys = {"amplitude_factor", "in_range"}
         drawn = recipe.estimator.expert.model_dump(mode="json", include=keys)
         estimator = {"expert": drawn}
-    if recipe.further_kinds():
-        bound = {"excitation": [kind.model_dump(mode="json") for kind in recipe.further_kinds()]}
     found = Fingerprint(
         system=recipe.system.model_dump(mode="json", exclude=exclude),
         step=recipe.window.step,
         data=recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER}),
         parameters=recipe.model_dump(mode="json", include={"parameters"})["parameters"],
         estimator=estimator,
-        bound=bound,
+        bound=_with_kinds(recipe.further_kinds()),
+        training=_with_kinds(recipe.kinds_of_training()),
+        loop=_with_kinds(recipe.loop),
     )
     return read_figures(Fingerprint, json.loads(json.dumps(plain(found))))
+
+
+def _with_kinds(kinds: Sequence[Excitation | LoopRecipe]) -> Tables | None:
+    return {"excitation": [kind.model_dump(mode="json") for kind in kinds]} if kinds else None
 
 
 def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float, float]:

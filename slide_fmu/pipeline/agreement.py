@@ -12,10 +12,11 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path
 
+from slide_fmu.core.version import other_writer
 from slide_fmu.core.xml_differences import apart
 from slide_fmu.fmu.export import PROVENANCE, Provenance, read_member
 from slide_fmu.pipeline.apps import check_origins
-from slide_fmu.pipeline.documents import CARD, other_writer
+from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card, without_pictures

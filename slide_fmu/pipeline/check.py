@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.figures import spread
+from slide_fmu.core.version import other_writer, own_version
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu, fmi_version, runs_here, steps_of_check
@@ -17,8 +18,7 @@ from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
-from slide_fmu.pipeline.documents import CARD, other_writer
-from slide_fmu.report.html_report import own_version
+from slide_fmu.pipeline.documents import CARD
 from slide_fmu.surrogate.surrogate import Surrogate
 
 CHANGEABLE = (BINARIES, f"{SOURCES}/")

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
-from slide_fmu.fmu.export import DOCUMENTATION, EXTRA, Provenance, export_fmu
+from slide_fmu.core.version import WRITTEN_BY, own_version
+from slide_fmu.fmu.export import DOCUMENTATION, EXTRA, export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.pipeline.apps import Release, all_members
-from slide_fmu.report.html_report import own_version
 from slide_fmu.report.model_card import without_pictures
-
-WRITTEN_BY = "written_by"
-"""Key of the provenance: the version that wrote the documents and the files of apps. It is another
-than the version of the training where a released FMU was built again."""
-
-A_VERSION = re.compile(r"[\w.+-]{1,40}")
 
 PAGE = f"{DOCUMENTATION}/index.html"
 CARD = f"{DOCUMENTATION}/model_card.md"
@@ -53,14 +46,3 @@ def write_release(
         documentation=folders[DOCUMENTATION],
         extra=folders[EXTRA],
     )
-
-
-def other_writer(provenance: Provenance | None) -> str | None:
-    """Return the version that wrote the documents of an FMU, if it is another than this one.
-
-    None also if the provenance names no version, so that nothing is left out for that.
-    """
-    found = (provenance or {}).get(WRITTEN_BY)
-    if not isinstance(found, str) or not A_VERSION.fullmatch(found):
-        return None
-    return None if found == own_version() else found

@@ -17,7 +17,6 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.case_checks import check_case
-from slide_fmu.pipeline.data_origin import origin_of_data
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder
@@ -29,6 +28,7 @@ from slide_fmu.recipe.places import RecipeFile
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
+from slide_fmu.validation.data_origin import origin_of_data
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 

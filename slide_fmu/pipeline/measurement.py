@@ -15,7 +15,6 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.pipeline.apps import check_origins
-from slide_fmu.pipeline.data_origin import require_same_origin
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -29,6 +28,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.box import box_figures
+from slide_fmu.validation.data_origin import require_same_origin
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.plain_call import plain_call_figures
 from slide_fmu.validation.results import Validation

@@ -15,6 +15,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
@@ -243,7 +244,12 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
                 untried += 1
                 continue
             try:
-                simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
+                of_kind = (
+                    recipe.in_loop(kind)
+                    if isinstance(kind, LoopRecipe)
+                    else recipe.with_kinds((kind,))
+                )
+                simulate_draw(system, draw(of_kind, system, stream, 0))
             except SimulationError as error:
                 failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
                 failed[-1] += str(error)
@@ -290,15 +296,19 @@ def _failures_beyond_parameters(case: Case) -> str | None:
     )
 
 
-def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:
+def _needed_kinds(
+    recipe: Recipe,
+) -> Iterator[tuple[str, tuple[Excitation | LoopRecipe, ...], float]]:
     """Return the kinds of excitation that a run needs, with their table and amplitude factor.
 
     Kinds that the networks learn from come last, since some of their motions were simulated
     already.
     """
-    yield "bound.excitation", recipe.further_kinds(), 1.0
-    yield "validation.excitation", recipe.validation.excitation, 1.0
-    kinds, estimator = recipe.data.excitation, recipe.estimator
+    tables, estimator = recipe.tables_of_kinds(), recipe.estimator
+    kinds = tables.pop("data")
+    for table, others in tables.items():
+        yield f"{table}.excitation", others, 1.0
+    yield "loop", recipe.loop, 1.0
     if recipe.data.beyond:
         yield "data.beyond", kinds, recipe.data.beyond_factor[1]
     if estimator is not None and estimator.beyond:
@@ -312,17 +322,12 @@ def remarks_on_sampling(recipe: Recipe) -> list[str]:
     There is one sentence for each of them. A sampled sine above the Nyquist frequency, pi over the
     step, looks like a slower one.
     """
-    tables = {
-        "data": recipe.data.excitation,
-        "bound": recipe.further_kinds(),
-        "validation": recipe.validation.excitation,
-    }
     limit = math.pi / recipe.window.step
     return [
         f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "
         f"rad/s, but samples that are {recipe.window.step:g} s apart show at most {limit:.4g} "
         "rad/s; faster vibrations become slower ones: lower it, or give a smaller window.step"
-        for table, kinds in tables.items()
+        for table, kinds in recipe.tables_of_kinds().items()
         for number, kind in enumerate(kinds, 1)
         for highest in [max(getattr(kind, "angular_frequency", None) or (0.0,))]
         if highest > limit

@@ -16,7 +16,7 @@ from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.base import Source, Stepping, System, chain_of
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import imported
 
@@ -25,13 +25,13 @@ GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 
 
 def require_all_kinds(recipe: Recipe, system: Source) -> None:
-    """Refuse excitations that cannot drive the system, also of the bound and held-out kinds.
+    """Refuse excitations of all tables that cannot drive the system.
 
     Raises:
         RecipeError: a kind cannot drive the inputs.
     """
-    require_driving(recipe, "bound", recipe.further_kinds(), system)
-    require_driving(recipe, "validation", recipe.validation.excitation, system)
+    for table, kinds in recipe.tables_of_kinds().items():
+        require_driving(recipe, table, kinds, system)
 
 
 def require_driving(
@@ -50,16 +50,31 @@ def require_driving(
             raise RecipeError(f"{place}: {error}") from error
 
 
+def require_loops(recipe: Recipe, system: Source) -> None:
+    """Refuse loops whose signals the system lacks, and loops around what cannot be stepped.
+
+    Raises:
+        RecipeError: the message has the loop and its fault.
+    """
+    for index, loop in enumerate(recipe.loop):
+        place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[loop]]"
+        try:
+            loop.interface(system.inputs, system.outputs)
+        except ValueError as error:
+            raise RecipeError(f"{place}: {error}") from error
+        if not isinstance(system, Stepping):
+            raise RecipeError(
+                f"{place}: {recipe.system.model!r} simulates whole motions only; expected a "
+                "system that goes on step by step: give f and g in place of simulate(t, u, p), or "
+                "begin, output and advance in a class; or remove [[loop]]"
+            )
+
+
 def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:
     """Say which kinds of excitation leave the ranges of the inputs often, a sentence each."""
-    tables = {
-        "data": recipe.data.excitation,
-        "bound": recipe.further_kinds(),
-        "validation": recipe.validation.excitation,
-    }
     return [
         f"{table}.excitation, number {number} ({kind.kind}): {found}"
-        for table, kinds in tables.items()
+        for table, kinds in recipe.tables_of_kinds().items()
         for number, kind in enumerate(kinds, 1)
         for found in [clipped(kind, tuple(system.inputs), recipe.window.step)]
         if found is not None

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Any
 
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
+
+ROLES = {
+    "training.expert": "that are not promised",
+    "bound": "that no network learns from",
+    "validation": "that nothing is learnt from",
+}
+"""What the kinds of excitation of a table are for, other than the kinds of ``data``."""
 
 MOST_SAMPLES = 10_000_000
 """Largest number of samples of a motion: this one takes 80 MB of memory for each signal."""
@@ -132,26 +140,18 @@ def _spans_of(bound: BoundRecipe) -> str:
 
 def require_kinds_in_one_table(recipe: Recipe) -> None:
     """Refuse kinds of excitation that are both learnt from and held out, or in two tables."""
-    learnt, further = (
-        [kind.model_dump(exclude={"weight"}) for kind in kinds]
-        for kinds in (recipe.data.excitation, recipe.further_kinds())
-    )
-    for kind in recipe.further_kinds():
-        if kind.model_dump(exclude={"weight"}) in learnt:
-            raise ValueError(
-                f"bound.excitation has a {kind.kind!r} that is in data.excitation too; "
-                "expected kinds, or settings of them, that no network learns from: remove it "
-                "from one of them"
-            )
-    for kind in recipe.validation.excitation:
-        settings = kind.model_dump(exclude={"weight"})
-        for table, known in (("data", learnt), ("bound", further)):
-            if settings in known:
-                raise ValueError(
-                    f"validation.excitation has a {kind.kind!r} that is in {table}.excitation "
-                    "too; expected kinds, or settings of them, that nothing is learnt from: "
-                    "remove it from one of them"
-                )
+    known: list[tuple[str, dict[str, Any]]] = []
+    for table, kinds in recipe.tables_of_kinds().items():
+        every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in kinds]
+        for name, settings in every:
+            for other, found in known:
+                if settings == found:
+                    raise ValueError(
+                        f"{table}.excitation has a {name!r} that is in {other}.excitation too; "
+                        f"expected kinds, or settings of them, {ROLES[table]}: remove it from one "
+                        "of them"
+                    )
+        known += [(table, settings) for _, settings in every]
 
 
 def require_beyond_learnt(recipe: Recipe) -> None:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, field_validator, model_validator
 
 from slide_fmu.core.toml_table import Table as Table
+from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import LINEAR_NAMES
 
 PositiveInt = Annotated[int, Field(gt=0)]
@@ -219,6 +220,9 @@ class LeastSquaresExpert(Table):
         beyond_weight: factor on the residuals of trajectories beyond the range.
         even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
+        excitation: further kinds of excitation, for example motions beyond those that the FMU is
+            for. The networks and the scale of the error bound learn from them, with the weights
+            of one mix; the bound is not calibrated by them, and the FMU not measured on them.
     """
 
     segment: PositiveInt | None = None
@@ -231,6 +235,7 @@ class LeastSquaresExpert(Table):
     beyond_weight: PositiveFloat = 0.1
     even_out: bool = False
     precision: Literal["float32", "float64"] = "float64"
+    excitation: tuple[Excitation, ...] = ()
 
 
 class LeastSquaresRecipe(Table):

@@ -15,7 +15,7 @@ _OWN: dict[str, dict[str, str]] = {
         "tested_corners": "answers:tested_corners",
     },
     "pipeline.case_checks": {"check_systems": "answers:check_records"},
-    "pipeline.data_origin": {
+    "validation.data_origin": {
         "origin_of_data": "origin:record_origin",
         "require_same_origin": "origin:require_same_records",
     },

@@ -6,13 +6,13 @@ import datetime
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from pathlib import Path
 
 import jinja2
 
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
+from slide_fmu.core.version import own_version
 from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
@@ -141,11 +141,6 @@ class Report:
         path = folder / "report.html"
         write_whole(path, self.html().encode("utf-8"))
         return path
-
-
-def own_version() -> str:
-    """Return this version; a plain import of the root would count as one of all rooms."""
-    return str(import_module("slide_fmu").__version__)
 
 
 def _shown(section: ReportSection) -> dict[str, object]:

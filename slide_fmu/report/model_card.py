@@ -77,7 +77,15 @@ def model_card(
         verdict=verdict(measured, Subject.of(surrogate)),
         words=rules.words,
         names=[motion.name for motion in rules.motions(recipe)],
-        further_names=names_of(recipe.further_kinds()),
+        names_of=names_of,
+        other_kinds={
+            "It has learnt from these too, but is not measured on them:": (
+                recipe.kinds_of_training()
+            ),
+            "Its error bound alone has learnt from these too, by which it was not calibrated:": (
+                recipe.further_kinds()
+            ),
+        },
         moving=all(validation.moving for validation in validations.values()),
         now_text=meaning_of(surrogate),
         plain_table=None if call is None else plain_call_table(call),

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 """Names of the groups of trajectories that a released FMU is measured on; its figures use them."""
 
+UNSEEN_SEED = 20_260_000
+"""Seed of validation trajectories; their stream of seeds is used for nothing else."""
+
 
 @dataclass(frozen=True)
 class Task:

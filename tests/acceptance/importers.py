@@ -52,8 +52,10 @@ def run_fmpy(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray
 def run_libcosim(ssp: Path, outputs: Outputs, step: float, steps: int) -> FloatArray:
     """The same with libcosim, whose time counts nanoseconds."""
     from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
     from libcosimpy.CosimObserver import CosimObserver
 
+    log_output_level(CosimLogLevel.WARNING)
     execution = CosimExecution.from_ssp_file(str(ssp), round(1e9 * step))
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from fmus.rebuild import measure, rebuild
+from slide_fmu.core.version import WRITTEN_BY, own_version
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import app_problems, with_origins
-from slide_fmu.pipeline.documents import WRITTEN_BY
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.report.html_report import own_version
 from slide_fmu.report.model_card import variable_table
 from slide_fmu.report.table import markdown
 from tests.marks import needs_app

@@ -21,11 +21,11 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.task import UNSEEN_SEED
 
 FLOOR_INPUTS, STATES = 100, 16
 """Inputs and initial states under each of them from which the floor is measured."""

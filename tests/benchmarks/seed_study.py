@@ -39,12 +39,11 @@ from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import export_fmu
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.pipeline.job import checked, open_job, with_training_seed
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.stages import generate_data
 from slide_fmu.recipe.case import case_of
-from slide_fmu.validation.task import IN_RANGE
+from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
 from slide_fmu.validation.validate import validate
 
 

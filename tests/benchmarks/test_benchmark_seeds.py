@@ -6,8 +6,8 @@ from pathlib import Path
 
 import seeds
 
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
 from slide_fmu.recipe.reading import load_recipe
+from slide_fmu.validation.task import UNSEEN_SEED
 
 HERE = Path(__file__).parent
 TRAINING = HERE.parents[1] / "training"

@@ -279,6 +279,15 @@ def test_store_gets_room_for_further_kinds_and_refuses_others(tmp_path: Path) ->
         prepared_store(path, with_kinds({**kind, "duration": [0.1, 0.9]}), shapes, MOTION)
 
 
+def test_store_refuses_kinds_that_its_trajectories_were_not_drawn_from(tmp_path: Path) -> None:
+    path, kind = tmp_path / "data.zarr", {"kind": "rest", "weight": 1.0, "duration": [0.1, 0.3]}
+    plain = tiny_state_space_recipe()
+    prepared_store(path, plain, shapes_of(plain, case_of(plain).system), MOTION)
+    more = tiny_state_space_recipe(training={"expert": {"excitation": [kind]}})
+    with refused(StoreError, "training = None there", "'rest'"):
+        prepared_store(path, more, shapes_of(more, case_of(more).system), MOTION)
+
+
 def test_a_store_grows_and_gives_the_first_ones(store: Path) -> None:
     for index in range(4):
         train(store).write(index, trajectory(index), kind=0)

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
+from slide_fmu.core.version import WRITTEN_BY, own_version
 from slide_fmu.fmu.export import (
     DESCRIPTION,
     DOCUMENTATION,
@@ -23,9 +24,8 @@ from slide_fmu.fmu.export import (
 )
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.check import check
-from slide_fmu.pipeline.documents import CARD, WRITTEN_BY
+from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.export import export_again
-from slide_fmu.report.html_report import own_version
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import Shape, random_surrogate
 from tests.libraries import build_libraries

@@ -84,6 +84,18 @@ def test_one_further_trajectory_is_refused_and_never_the_default() -> None:
     assert tiny_state_space_recipe(bound=table, data={"bound": 2, **LONG}).count("further") == 2
 
 
+def test_kinds_of_the_training_are_drawn_where_something_is_learnt() -> None:
+    """Nothing is calibrated by them, and no network is chosen by them."""
+    expert = {"expert": {"excitation": [SWITCHED]}}
+    recipe = tiny_state_space_recipe(bound={}, training=expert, data=LONG)
+    for split in set(SPLITS) - {"further"}:
+        kinds = [kind.kind for kind in recipe.drawn_for(split).data.excitation]
+        assert ("binary" in kinds) == (split in ("train", "companion", "bound"))
+    assert "binary" not in [kind.kind for kind in recipe.data.excitation]
+    with refused(ValueError, "'binary' that is", "training.expert.excitation has"):
+        tiny_state_space_recipe(bound={}, training=expert, data={"excitation": [SWITCHED], **LONG})
+
+
 def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
     with refused(ValueError, "'binary' that is", "bound.excitation has"):
         tiny_state_space_recipe(
@@ -110,13 +122,15 @@ def test_kind_that_the_bound_learns_from_cannot_be_held_out() -> None:
         )
 
 
-@pytest.mark.parametrize("table", ["data", "bound", "validation"])
+@pytest.mark.parametrize("table", ["data", "training.expert", "bound", "validation"])
 def test_kind_that_cannot_drive_the_inputs_is_refused_before_anything_is_made(
     table: str,
 ) -> None:
     turned = {"kind": "speed_ramps", "weight": 1.0, "speed": 8.0, "acceleration": 20.0}
-    values: dict[str, Any] = {"data": LONG, "bound": {}, "validation": {}}
-    values[table] = {**values[table], "excitation": [SWITCHED, turned]}
+    values: dict[str, Any] = {"data": LONG, "bound": {}, "validation": {}, "training": {}}
+    name, *expert = table.split(".")
+    kinds = {"excitation": [SWITCHED, turned]}
+    values[name] = {**values[name], **({"expert": kinds} if expert else kinds)}
     recipe = tiny_state_space_recipe(**values)
     with pytest.raises(
         RecipeError, match=rf"2nd \[\[{table}.excitation\]\]: kind = 'speed_ramps'"

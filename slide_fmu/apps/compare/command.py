@@ -27,7 +27,7 @@ from slide_fmu.cli.options import (
 )
 from slide_fmu.core.extras import require_training
 from slide_fmu.core.readable import duration
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.validation.task import UNSEEN_SEED
 
 
 def compare(

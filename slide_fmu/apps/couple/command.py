@@ -36,13 +36,13 @@ def couple(
         ),
     ] = "newton",
     extrapolation: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="NAME",
-            help="How inputs go on in explicit steps: linear or zero.",
+            help="How inputs go on in explicit steps: linear or zero. Default: linear.",
             callback=one_of(("linear", "zero"), "leave it out"),
         ),
-    ] = "linear",
+    ] = None,
     control: Annotated[
         str | None,
         typer.Option(
@@ -52,11 +52,17 @@ def couple(
         ),
     ] = None,
     error: Annotated[
-        float, typer.Option(help="Largest error of a controlled step, as a part of a size.")
-    ] = 1e-3,
+        float | None,
+        typer.Option(
+            help="Largest error of a controlled step, as a part of a size. Default: 1e-3."
+        ),
+    ] = None,
     tolerance: Annotated[
-        float, typer.Option(help="Implicit steps end at this difference, as a part of a size.")
-    ] = 1e-4,
+        float | None,
+        typer.Option(
+            help="Implicit steps end at this difference, as a part of a size. Default: 1e-4."
+        ),
+    ] = None,
     inputs: Annotated[
         Path | None,
         typer.Option(
@@ -100,6 +106,7 @@ def couple(
     from slide_fmu.apps.couple.options import CouplingOptions
     from slide_fmu.apps.couple.ssp import read_inputs, read_ssp
     from slide_fmu.apps.couple.structure import coupled_system, default_step
+    from slide_fmu.fmu.export import FmuError
 
     folder = report or Path("runs") / system.stem / "couple"
     table = output or folder / "values.csv"
@@ -107,11 +114,14 @@ def couple(
         found = read_ssp(system, Path(unpacked))
         values = {**found.parameters, **numbers_of("set", given)}
         courses = {} if inputs is None else read_inputs(inputs)
-        checked = coupled_system(found.fmus, found.connections, values, courses)
+        try:
+            checked = coupled_system(found.fmus, found.connections, values, courses)
+        except FmuError as found_wrong:  # users know the place in the SSP
+            raise FmuError(str(found_wrong).replace(unpacked, str(system))) from None
         end = stop if stop is not None else found.stop
         if end is None:
             raise ValueError(f"{system} names no end; expected one: give --stop in s")
-        options = CouplingOptions(
+        options = CouplingOptions.of(
             step=default_step(checked) if step is None else step,
             stop=end,
             method=method,

@@ -179,18 +179,6 @@ class Component:
         columns = [ask(self._read, [reference], [1.0]) for reference in self._linked]
         return np.array(columns, dtype=np.float64).T.reshape(len(self._read), len(self._linked))
 
-    def save(self) -> object:
-        """Return the state; ``restore`` goes back to it, ``free`` forgets it."""
-        return self.slave.get_state()
-
-    def restore(self, state: object) -> None:
-        """Go back to a state."""
-        self.slave.set_state(state)
-
-    def free(self, state: object) -> None:
-        """Forget a state."""
-        self.slave.free_state(state)
-
     def starts(self) -> FloatArray:
         """Return the start values of the linked inputs, (n_linked,)."""
         values = self.slave.get_real(self._linked) if self._linked else []

@@ -40,11 +40,11 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
     parameters: Mapping[str, Any] | None = None,
     progress: Progress = quiet,
     method: str = "newton",
-    extrapolation: str = "linear",
-    tolerance: float = 1e-4,
-    iterations: int = 20,
+    extrapolation: str | None = None,
+    tolerance: float | None = None,
+    iterations: int | None = None,
     control: str | None = None,
-    error: float = 1e-3,
+    error: float | None = None,
     record: Sequence[str] | None = None,
     moving: Sequence[str] = (),
 ) -> Coupled:
@@ -64,7 +64,7 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
         extrapolation: of explicit steps: ``"linear"`` (the default) or ``"zero"``.
         tolerance: difference at which implicit steps end, as a part of the size of an input;
             1e-4 by default.
-        iterations: largest number of iterations of a step; 20 by default.
+        iterations: largest number of iterations of an implicit step; 20 by default.
         control: ``"predictor"`` or ``"halving"``; None (the default) keeps all steps.
         error: largest error of controlled steps, likewise; 1e-3 by default.
         record: names of the values in the result; linked and given inputs and all outputs by
@@ -76,11 +76,20 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
         CoSimulationError: an FMU cannot be run or reports an error, the method cannot run this
             system, or iterations do not end.
         FmuError: a file is no FMU.
-        ValueError: a name, a unit, a connection or an option is wrong.
+        ValueError: a name, a unit, a connection or an option is wrong, or an option has no effect.
     """
     system = coupled_system(fmus, connections, parameters or {}, inputs or {})
-    options = CouplingOptions(
-        step, stop, method, extrapolation, tolerance, iterations, control, error, record, moving
+    options = CouplingOptions.of(
+        step=step,
+        stop=stop,
+        method=method,
+        extrapolation=extrapolation,
+        tolerance=tolerance,
+        iterations=iterations,
+        control=control,
+        error=error,
+        record=record,
+        moving=moving,
     )
     return run_coupled(system, options, progress)
 

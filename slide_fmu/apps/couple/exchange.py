@@ -58,11 +58,14 @@ def mixed(
     options: CouplingOptions,
     held: NDArray[np.bool_],
 ) -> tuple[Mix, list[str]]:
-    """Return how linked inputs come from outputs in implicit steps, with remarks.
+    """Return how linked inputs come from outputs, with remarks; in explicit steps only whether
+    they are those of the start of a step.
 
     An input that moves reaches the output at the end of the step. One that is held is its mean
     over the step: of a smooth output the mean of both ends. An output that follows the slope of
-    inputs jumps when a step begins, so that it is read within the step.
+    inputs jumps when a step begins, so that it is read within the step. Whether an output is
+    sampled, and so constant over a step, its own description says: an input that an FMU holds may
+    be the force of a spring as well as the output of a controller.
     """
     names = [one.name for one in components]
     count = len(system.links)
@@ -70,12 +73,12 @@ def mixed(
     remarks: list[str] = []
     for one in components:
         one.nodes = _own_steps(one, options)
-    if options.method not in IMPLICIT:
-        return mix, remarks
     for i, link in enumerate(system.links):
         source = components[names.index(link.source.component)]
         if system.variable(link.source).variability == "discrete":
             mix.start[i] = 1.0  # as a controller's output, it is held until the step ends
+        elif options.method not in IMPLICIT:
+            continue
         elif not held[i]:
             mix.end[i] = 1.0
         elif not source.feeds_through:
@@ -92,7 +95,7 @@ def mixed(
         f"{one.name} takes part explicitly, since its FMU cannot go back to a former state "
         "(canGetAndSetFMUstate)"
         for one in components
-        if not one.rolls_back and one.linked
+        if options.method in IMPLICIT and not one.rolls_back and one.linked
     ]
     return mix, remarks
 

@@ -22,7 +22,7 @@ ROUNDING = 2e-6
 """Rounding of single precision, as a part of the range of an output."""
 
 SWEEPS = 10
-"""Largest number of exchanges in which the first values of all links are found."""
+"""Largest number of exchanges in which the first values of a circle of links are found."""
 
 
 @contextmanager
@@ -74,7 +74,7 @@ def initialized(
     mix, remarks = mixed(system, components, options, held)
     known = left <= options.tolerance * np.maximum(sizes, np.abs(inputs))
     remarks += [
-        f"{link.source} and {link.target} differ by {difference:.3g} at the start, after {SWEEPS} "
+        f"{link.source} and {link.target} differ by {difference:.3g} at the start, after several "
         "exchanges, since outputs follow inputs in a circle: the first values are not exact"
         for link, difference, agree in zip(system.links, left, known, strict=True)
         if not agree
@@ -100,19 +100,30 @@ def _first_values(
     parts: Sequence[slice],
     sources: list[int],
 ) -> tuple[FloatArray, FloatArray]:
-    """Return linked inputs at the start, exchanged until they agree, and what is left."""
+    """Return linked inputs at the start, exchanged until they agree, and what is left.
+
+    Where the exchange grows, these are the inputs with the smallest differences.
+    """
     outputs = np.zeros(parts[-1].stop)
-    inputs, left = np.zeros(len(sources)), np.zeros(len(sources))
-    for sweep in range(SWEEPS):
+
+    def exchanged(inputs: FloatArray) -> FloatArray:
         for one, place, part in zip(components, places, parts, strict=True):
-            one.set_linked(inputs[place] if sweep else one.starts(), 0.0)
+            one.set_linked(inputs[place], 0.0)
             outputs[part] = one.read()
-        new = outputs[sources]
-        left = np.abs(new - inputs)
-        if sweep and np.allclose(new, inputs, rtol=1e-9, atol=0.0):
-            break
-        inputs = new
-    return inputs, left
+        return outputs[sources]
+
+    tried = [exchanged(np.concatenate([one.starts() for one in components]))]
+    lefts: list[FloatArray] = []
+    for _ in range(max(SWEEPS, len(components))):  # a chain takes one for each component
+        new = exchanged(tried[-1])
+        lefts.append(np.abs(new - tried[-1]))
+        if np.allclose(new, tried[-1], rtol=1e-9, atol=0.0):
+            return tried[-1], lefts[-1]
+        tried.append(new)
+    largest = np.max(lefts, axis=0)
+    best = int(np.argmin(np.max(lefts / np.where(largest > 0, largest, 1.0), axis=1)))
+    exchanged(tried[best])
+    return tried[best], lefts[best]
 
 
 def _parts(counts: Sequence[int]) -> list[slice]:

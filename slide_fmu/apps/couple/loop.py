@@ -35,7 +35,7 @@ class Loop:
         sources: for each link, the index of its output among all outputs.
         parts: the outputs of each component, as a part of all of them.
         held: whether each linked input is constant over a step.
-        mix: how linked inputs come from their sources in implicit steps.
+        mix: how linked inputs come from their sources in implicit steps; discrete outputs in all.
         sizes: size of each linked input, in its unit.
         rounding: what a linked input is exact to; FMUs of slide-fmu have single precision.
         outputs: all outputs at the present time, (n_outputs,).
@@ -56,6 +56,11 @@ class Loop:
     inputs: FloatArray
     solved: list[tuple[FloatArray, float]] = field(default_factory=list)
     last_change: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def discrete(self) -> NDArray[np.bool_]:
+        """Whether each link comes from a discrete output, which is constant over a step."""
+        return np.asarray(self.mix.start == 1.0)
 
     def values(self, outputs: FloatArray) -> FloatArray:
         """Return the values that the links carry, (n_links,)."""
@@ -109,16 +114,16 @@ class Loop:
         assert at.slopes is not None
         for k in which:
             place, part, one = self.places[k], self.parts[k], self.components[k]
-            state = one.save()
+            state = one.slave.get_state()
             for index in range(place.start, place.stop):
                 moved = now.copy()
                 moved[index] += (change := SLOPE_PART * self.sizes[index] or SLOPE_PART)
-                one.restore(state)
+                one.slave.set_state(state)
                 found = one.advance(time, length, self.inputs[place], moved[place])
                 pairs = ((found.mean, at.mean), (found.end, at.end))
                 for rates, (new, old) in zip(at.slopes, pairs, strict=True):
                     rates[part, index] = (new - old[part]) / change
-            one.free(state)
+            one.slave.free_state(state)
 
     def continued(self, length: float, linear: bool) -> FloatArray:
         """Return linked inputs of the next step, continued from outputs alone, (n_links,)."""
@@ -126,7 +131,7 @@ class Loop:
         if not linear or not self.solved:
             return values
         part = length / self.solved[0][1] * np.where(self.held, 0.5, 1.0)
-        return values + part * self.last_change
+        return np.asarray(values + np.where(self.discrete, 0.0, part * self.last_change))
 
     def guess(self, length: float) -> FloatArray:
         """Return linked inputs of the next step, continued from those that were solved for."""
@@ -134,7 +139,8 @@ class Loop:
             (last, h), (former, h_former) = self.solved  # a mean belongs to the middle of its step
             between = np.where(self.held, 0.5 * (h + h_former), h)
             onward = np.where(self.held, 0.5 * (h + length), length)
-            return np.asarray(last + (last - former) * onward / between)
+            onward = last + (last - former) * onward / between
+            return np.asarray(np.where(self.discrete, self.values(self.outputs), onward))
         return self.continued(length, linear=True)
 
     def accept(
@@ -150,17 +156,17 @@ class Loop:
 
     def save(self, which: Collection[int]) -> dict[int, object]:
         """Return the states of some components."""
-        return {k: self.components[k].save() for k in which}
+        return {k: self.components[k].slave.get_state() for k in which}
 
     def restore(self, states: dict[int, object]) -> None:
         """Go back to these states."""
         for k, state in states.items():
-            self.components[k].restore(state)
+            self.components[k].slave.set_state(state)
 
     def free(self, states: dict[int, object]) -> None:
         """Forget these states."""
         for k, state in states.items():
-            self.components[k].free(state)
+            self.components[k].slave.free_state(state)
 
     def mark(self) -> tuple[object, ...]:
         """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""

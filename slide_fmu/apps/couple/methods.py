@@ -64,7 +64,7 @@ class Explicit(Method):
         if not self._sequential:
             loop.step(range(len(all_)), time, length, now, stepped)
             return Solution(stepped, now, 1, guess, now)
-        before, waits = loop.values(loop.outputs), np.ones(len(now), dtype=bool)
+        before, waits = loop.values(loop.outputs), ~loop.discrete
         for k in range(len(all_)):
             loop.step([k], time, length, now, stepped)
             part, waits[loop.places[k]] = loop.parts[k], False
@@ -129,7 +129,10 @@ class Implicit(Method):
                 )
                 given = loop.given(stepped)
                 left = np.where(free, now - given, 0.0)
-                allowed = self._tolerance * np.maximum(loop.sizes, np.abs(now))
+                if number == 1:  # without a solution, later iterates grow beyond all bounds
+                    largest = np.maximum(np.abs(now), np.abs(given))
+                size = np.maximum(loop.sizes, np.minimum(np.abs(now), largest))
+                allowed = self._tolerance * size
                 if np.all(np.abs(left) <= np.maximum(allowed, loop.rounding)):
                     if number > SLOW:
                         self._jacobian = None
@@ -218,5 +221,6 @@ def _endless(loop: Loop, trial: _Trial, newton: bool) -> CoSimulationError:
     return CoSimulationError(
         f"step of {trial.length:g} s from {trial.time:.9g} s: {name} and its source differ by "
         f"{trial.left[worst]:.3g} after {trial.number} iterations; expected agreement: choose "
-        f"{'' if newton else 'the method newton, '}a shorter step or a larger tolerance"
+        f"{'' if newton else 'the method newton, '}a shorter step or a larger "
+        "tolerance, if there is a solution at all"
     )

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 EXPLICIT, IMPLICIT = ("jacobi", "gauss_seidel"), ("fixed_point", "newton")
 """Names of the methods."""
+
+CONTROLS = ("predictor", "halving")
+
+NEEDED = {
+    "error": ("control", CONTROLS),
+    "extrapolation": ("method", EXPLICIT),
+    "tolerance": ("method", IMPLICIT),
+    "iterations": ("method", IMPLICIT),
+}
+"""Options that have an effect only where another one has one of some values."""
 
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of an FMU's own step, or of the end of the run."""
@@ -29,6 +40,24 @@ class CouplingOptions:
     record: Sequence[str] | None = None
     moving: Sequence[str] = ()
 
+    @classmethod
+    def of(cls, **given: Any) -> CouplingOptions:
+        """Return options of which those that are None have their defaults.
+
+        Raises:
+            ValueError: an option is wrong, or it was given and has no effect.
+        """
+        given = {name: value for name, value in given.items() if value is not None}
+        options = cls(**given)
+        for name, (other, choices) in NEEDED.items():
+            if name in given and getattr(options, other) not in choices:
+                raise ValueError(
+                    f"{name} = {given[name]!r} has no effect with {other} = "
+                    f"{getattr(options, other)!r}; expected {other} as one of {list(choices)}: "
+                    f"choose one of them, or leave {name} out"
+                )
+        return options
+
     def __post_init__(self) -> None:
         """Refuse options that cannot be used.
 
@@ -38,7 +67,7 @@ class CouplingOptions:
         _require_one_of("method", self.method, (*EXPLICIT, *IMPLICIT))
         _require_one_of("extrapolation", self.extrapolation, ("zero", "linear"))
         if self.control is not None:
-            _require_one_of("control", self.control, ("predictor", "halving"))
+            _require_one_of("control", self.control, CONTROLS)
         if self.control == "predictor" and self.method in EXPLICIT:
             raise ValueError(
                 f"control = 'predictor' with the method {self.method!r}; expected one of "

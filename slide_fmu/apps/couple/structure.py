@@ -116,7 +116,10 @@ def _description(name: str, path: Path) -> Any:
             f"component {name!r}: there is no file {str(path)!r}; expected an FMU: "
             "correct the path"
         )
-    found = read_description(path, validate=False)
+    try:
+        found = read_description(path, validate=False)
+    except FmuError as error:
+        raise FmuError(f"component {name!r}: {error}; expected an FMU: replace it") from None
     if str(found.fmiVersion)[:2] not in ("2.", "3.") or found.coSimulation is None:
         kind = "model exchange" if found.modelExchange is not None else "another interface"
         raise CoSimulationError(

@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 from slide_fmu.apps.credentials.members import METADATA
 from slide_fmu.apps.credentials.metadata import resource_metadata
 from slide_fmu.apps.credentials.statements import statements
+from slide_fmu.core.version import other_writer
 from slide_fmu.core.xml_differences import differences
 from slide_fmu.fmu.export import Provenance, read_member
 from slide_fmu.pipeline.agreement import compared_with_provenance, disagreements
-from slide_fmu.pipeline.documents import other_writer
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 

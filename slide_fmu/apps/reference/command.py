@@ -9,7 +9,7 @@ import typer
 
 from slide_fmu.cli.console import console, errors, show_remark
 from slide_fmu.cli.options import FmuArgument, RecipeArgument, numbers_of
-from slide_fmu.pipeline.defaults import UNSEEN_SEED
+from slide_fmu.validation.task import UNSEEN_SEED
 
 
 def reference(

@@ -69,7 +69,8 @@ class InputSource(Slave):
         self.introduce(record.read_bytes(), text, self.step)
         for index, signal in enumerate(self.signals):
             text, getter = signal.description, partial(self._value, index)
-            self.add(Real, signal.name, "output", "continuous", description=text, getter=getter)
+            kind = "discrete" if signal.hold == "zero_order" else "continuous"  # importers ask
+            self.add(Real, signal.name, "output", kind, description=text, getter=getter)
 
     def setup_experiment(self, start_time: float, *others: object) -> None:
         """Start with the sample of the start time, in s."""

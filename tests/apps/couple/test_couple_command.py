@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import slide_fmu as slide
 from tests.acceptance.conftest import invoke
+from tests.marks import needs_app
 from tests.own_models.halves.cut_car import road
 
+DUFFING = Path(__file__).parents[3] / "fmus" / "duffing" / "duffing.fmu"
 STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
 <SystemStructureDescription xmlns="http://ssp-standard.org/SSP1/SystemStructureDescription"
     xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -109,6 +112,50 @@ def test_structure_that_is_not_known_is_refused(
     result = invoke("couple", path, "--step", 0.02)
     assert result.exit_code == 1
     assert [word for word in words if word not in " ".join(result.output.split())] == []
+
+
+def test_file_that_is_no_fmu_is_named_by_its_place_in_the_ssp(
+    halves: dict[str, Path], tmp_path: Path
+) -> None:
+    (tmp_path / "text.fmu").write_text("no FMU", encoding="utf-8")
+    path = write_car(tmp_path / "car.ssp", {**halves, "upper": tmp_path / "text.fmu"}, STRUCTURE)
+    result = invoke("couple", path, "--step", 0.02)
+    assert result.exit_code == 1
+    said = " ".join(result.output.split())
+    assert f"component 'upper': {path}/resources/upper.fmu is not an FMU" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--error", 0.01), ("error = 0.01 has no effect", "control")),
+        (("--extrapolation", "linear"), ("extrapolation = 'linear' has no effect", "'jacobi'")),
+        (("--method", "jacobi", "--tolerance", 0.1), ("tolerance = 0.1 has no effect",)),
+    ],
+)
+def test_option_without_effect_is_refused(
+    car: Path, arguments: tuple[object, ...], words: tuple[str, ...]
+) -> None:
+    result = invoke("couple", car, "--step", 0.02, *arguments)
+    assert result.exit_code == 1
+    assert [word for word in words if word not in " ".join(result.output.split())] == []
+
+
+@needs_app("reference")
+@pytest.mark.parametrize("method", ["newton", "gauss_seidel", "jacobi"])
+def test_recorded_inputs_of_an_ssp_are_held_as_they_are(tmp_path: Path, method: str) -> None:
+    """They are no smooth force: FMU and reference need the values of which the error is known."""
+    ssp = tmp_path / "duffing.ssp"
+    assert invoke("ssp", DUFFING, "-o", ssp, "--duration", 1.5).exit_code == 0
+    result = invoke(
+        "couple", ssp, "--stop", 1.5, "--method", method, "-o", tmp_path / "out.csv",
+        "--report", tmp_path,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    table = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, deletechars="")
+    surrogate = slide.load(DUFFING)
+    expected = surrogate.predict_newest(table["inputs.force"][:, None])[:-1, 0]
+    assert table["surrogate.position"][1:] == pytest.approx(expected, abs=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,9 @@ def test_wrong_connection_is_refused(
         ({"method": "jacobi", "control": "predictor"}, ("'predictor'", "'halving'")),
         ({"stop": 0.015}, ("1.5 steps", "whole number")),
         ({"step": -0.01}, ("step = -0.01", "positive")),
+        ({"error": 0.01}, ("error = 0.01 has no effect", "control = None", "'halving'")),
+        ({"extrapolation": "zero"}, ("extrapolation = 'zero' has no effect", "'newton'", "leave")),
+        ({"method": "jacobi", "iterations": 9}, ("iterations = 9 has no effect", "'newton'")),
         ({"moving": ["wheel"]}, ("moving = ['wheel']", "lower")),
         ({"inputs": {"lower.body": 0.0}}, ("lower.body", "one source")),
         ({"inputs": {"lower.road": ([0, 0], [1, 2])}}, ("lower.road", "rise")),
@@ -104,6 +107,21 @@ def test_loop_with_singular_derivatives_names_the_input(
     monkeypatch.setattr(np.linalg, "solve", singular)
     with refused(CoSimulationError, "and its source differ by", "choose a shorter step"):
         slide.couple(loop, links, step=0.1, stop=0.2)
+
+
+@pytest.mark.parametrize("method", ["newton", "fixed_point"])
+def test_loop_without_a_solution_is_refused(tmp_path: Path, method: str) -> None:
+    """y = 1 + u / 2 with u = 1 + y^2; first values grow from exchange to exchange."""
+    loop = dict.fromkeys(("one", "two"), write_gain(tmp_path))
+    square = {"two.gain": 0.0, "two.square": 1.0}
+    with refused(CoSimulationError, "and its source differ by", "expected agreement"):
+        slide.couple(loop, LOOP, step=0.1, stop=0.2, method=method, parameters=square)
+
+
+def test_loop_whose_first_values_grow_is_solved_all_the_same(tmp_path: Path) -> None:
+    one, steep = {"one": write_gain(tmp_path)}, {"one.gain": 100.0}
+    run = slide.couple(one, [("one.y", "one.u")], step=0.1, stop=0.2, parameters=steep)
+    assert run["one.y"][-1] == pytest.approx(-1 / 99, rel=1e-3)  # y = 1 + 100 u
 
 
 def test_first_values_of_a_loop_that_do_not_agree_get_a_remark(tmp_path: Path) -> None:

@@ -9,10 +9,9 @@ import pytest
 
 from slide_fmu.apps.credentials.agreement import metadata_problems
 from slide_fmu.apps.credentials.members import METADATA
+from slide_fmu.core.version import WRITTEN_BY, own_version
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder
 from slide_fmu.pipeline.check import check
-from slide_fmu.pipeline.documents import WRITTEN_BY
-from slide_fmu.report.html_report import own_version
 from tests.cosim.damage import members_of, packed
 from tests.libraries import build_libraries
 

@@ -28,7 +28,7 @@ from exudyn.itemInterface import (
 )
 
 from mbs_models.plants.checks import expect_positive, expect_substeps
-from mbs_models.plants.moved_plant import MovedPlant
+from mbs_models.plants.moved_plant import MOTION, MovedPlant
 from mbs_models.plants.spring_masses import add_marker, add_mass
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import Linearizable, State
@@ -58,7 +58,7 @@ class Boom(PlantSystem[MovedPlant], Linearizable):
 
     The force is P (s - d) + D (s' - d'), with the length s of the cylinder, and the distance d of
     the eyes, between which the rod is pressed together. The boom moves in the plane, with gravity.
-    A state holds the coordinates of exudyn, then s.
+    The length moves along a smooth curve through its samples (``MovedPlant``).
 
     Args:
         load: mass in kg at the tip.
@@ -84,7 +84,7 @@ class Boom(PlantSystem[MovedPlant], Linearizable):
         self._load, self._stiffness, self._damping = load, stiffness, damping
         self.step, self._substeps = step, substeps
         masses = 2
-        super().__init__(NODE_COORDINATES * (ELEMENTS + 1) + masses + 1, n_inputs=1)
+        super().__init__(NODE_COORDINATES * (ELEMENTS + 1) + masses + MOTION, n_inputs=1)
         meaning = "length of the cylinder"
         self.inputs = (Signal("length", "m", 1.2, 1.8, meaning, 1.5, "first_order"),)
         self.outputs = (Signal("force", "N", -30e3, 30e3, "the cylinder's push on the boom"),)
@@ -117,7 +117,7 @@ class Boom(PlantSystem[MovedPlant], Linearizable):
     def output(self) -> FloatArray:
         """Return the force of the cylinder on the boom in N, shape (1,)."""
         distance, rate, _ = between_eyes(self._coordinates, self._velocities)
-        pressed, speed = self._coordinates[-1] - distance, self._velocities[-1] - rate
+        pressed, speed = self._coordinates[-MOTION] - distance, self._velocities[-MOTION] - rate
         return np.array([self._stiffness * pressed + self._damping * speed])
 
     def rest_state(self, held_input: FloatArray) -> State:

@@ -2,12 +2,13 @@
 
 Both chambers are filled with oil of a constant bulk modulus, which takes up the difference of the
 flows; oil leaks past the piston. The valve has four edges, through which oil flows like the root
-of the pressure difference. Bore 50 mm, rod 28 mm, stroke 0.8 m and a pressure of 150 bar are usual
+of the pressure difference. Bore 50 mm, rod 28 mm, stroke 0.8 m and a pressure of 200 bar are usual
 of a loader crane; leakage, friction and the moved mass are assumptions.
 """
 
 import math
 
+hold = "first_order"
 inputs = {
     "force": {"unit": "N", "range": [-30e3, 30e3]},
     "valve": {"unit": "1", "range": [-1.0, 1.0]},
@@ -25,7 +26,7 @@ parameters = {
     "bulk_modulus": 1.2e9,
     "valve_flow": 1.9e-7,
     "leakage": 5e-13,
-    "supply": 150e5,
+    "supply": 200e5,
     "length": 1.5,
     "load": 7000.0,
 }

@@ -1,8 +1,9 @@
-"""One end of a spring moves along straight lines; its motion is part of the plant's state."""
+"""One end of a spring moves along a smooth curve; its motion is part of the plant's state."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 
@@ -10,12 +11,19 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
 from slide_fmu.systems.exudyn.plant import Plant
 
+T = TypeVar("T")
+
+MOTION = 2
+"""Coordinates of the motion: the position of the end, and its mean rate in the last step."""
+
 
 class MovedPlant:
-    """The end of a spring-damper moves at a constant rate within each step.
+    """The end of a spring-damper goes through the positions that come once per sample.
 
-    The last coordinate of its states is the position of the end, in rad or m, and the last
-    velocity its rate in the step that ended there: forces at the end of a step follow it.
+    Between samples it moves along a cubic polynomial. Its rate at a sample is the derivative of
+    the parabola through the last three positions, so that it is continuous: dampers do not feel
+    jumps. States end with the position and the mean rate of the last step in their coordinates,
+    and with the rate and a zero in their velocities, in SI units.
     """
 
     def __init__(self, plant: Plant, step: float, move: Callable[[float, float], None]) -> None:
@@ -25,8 +33,7 @@ class MovedPlant:
         """
         self._plant, self._step, self._move = plant, step, move
         plant.before_substep = self._before_substep
-        plant.continuous = False  # the rate jumps from step to step
-        self.position = self._rate = 0.0
+        self.position = self._rate = self._mean = self._next = 0.0
 
     @property
     def plant(self) -> MovedPlant:
@@ -35,23 +42,31 @@ class MovedPlant:
 
     def go(self, change: float) -> None:
         """Let the end move by a change in rad or m in the next step."""
-        self._rate = change / self._step
+        self._next = change / self._step
 
     def _before_substep(self, time: float) -> None:
-        self._move(self.position + time * self._rate, self._rate)
+        part, mean = time / self._step, self._next
+        first, last = self._rate, self._rate_after()
+        way = first * (1 - part) ** 2 + mean * part * (3 - 2 * part) - last * part * (1 - part)
+        rate = first * (1 - part) * (1 - 3 * part) + last * part * (3 * part - 2)
+        self._move(self.position + time * way, rate + 6 * mean * part * (1 - part))
+
+    def _rate_after(self) -> float:
+        return 1.5 * self._next - 0.5 * self._mean
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
-        """Continue from coordinates and velocities, shape (n + 1,) each, in SI units."""
-        self._plant.set_state(coordinates[:-1], velocities[:-1])
-        self.position, self._rate = float(coordinates[-1]), float(velocities[-1])
+        """Continue from coordinates and velocities, shape (n + MOTION,) each, in SI units."""
+        self._plant.set_state(coordinates[:-MOTION], velocities[:-MOTION])
+        self.position, self._mean = coordinates[-MOTION:].tolist()
+        self._rate = self._next = float(velocities[-MOTION])
 
     def coordinates(self) -> FloatArray:
-        """Return coordinates and the position of the end in SI units, shape (n + 1,)."""
-        return np.append(self._plant.coordinates(), self.position)
+        """Return coordinates, those of the motion last, in SI units, shape (n + MOTION,)."""
+        return np.append(self._plant.coordinates(), [self.position, self._mean])
 
     def velocities(self) -> FloatArray:
-        """Return velocities and the rate of the end in SI units, shape (n + 1,)."""
-        return np.append(self._plant.velocities(), self._rate)
+        """Return velocities, those of the motion last, in SI units, shape (n + MOTION,)."""
+        return np.append(self._plant.velocities(), [self._rate, 0.0])
 
     def advance(self) -> None:
         """Advance by one sample step.
@@ -60,26 +75,32 @@ class MovedPlant:
             SimulationError: the integration failed; the state is still the one before.
         """
         self._plant.advance()
-        self.position += self._step * self._rate
+        self.position += self._step * self._next
+        self._rate, self._mean = self._rate_after(), self._next
 
     def equilibrium(self, position: float) -> FloatArray:
-        """Return the coordinates at rest with the end at a position, shape (n + 1,).
+        """Return the coordinates at rest with the end at a position, shape (n + MOTION,).
 
         Raises:
             SimulationError: exudyn's static solver does not find them.
         """
-        kept = self.position, self._rate
-        self.position, self._rate = position, 0.0
-        try:
-            return np.append(self._plant.equilibrium(), position)
-        finally:
-            self.position, self._rate = kept
+        with_motion = np.array([position, 0.0])
+        return np.append(self._at(with_motion, 0.0, self._plant.equilibrium), with_motion)
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
-        """Linearize at a state, shape (n + 1,) each, in SI units; the end does not vary."""
-        kept = self.position, self._rate
-        self.position, self._rate = float(coordinates[-1]), float(velocities[-1])
+        """Linearize at a state, shape (n + MOTION,) each, in SI units; the end does not vary."""
+        return self._at(
+            coordinates[-MOTION:],
+            float(velocities[-MOTION]),
+            lambda: self._plant.linearize(coordinates[:-MOTION], velocities[:-MOTION]),
+        )
+
+    def _at(self, motion: FloatArray, rate: float, call: Callable[[], T]) -> T:
+        """Call with the end at another motion, and go back to the present one."""
+        kept = self.position, self._mean, self._rate, self._next
+        self.position, self._mean = motion.tolist()
+        self._rate = self._next = rate
         try:
-            return self._plant.linearize(coordinates[:-1], velocities[:-1])
+            return call()
         finally:
-            self.position, self._rate = kept
+            self.position, self._mean, self._rate, self._next = kept

@@ -16,7 +16,7 @@ import numpy as np
 from exudyn.itemInterface import CoordinateSpringDamperExt
 
 from mbs_models.plants.checks import expect_positive
-from mbs_models.plants.moved_plant import MovedPlant
+from mbs_models.plants.moved_plant import MOTION, MovedPlant
 from mbs_models.slider_crank.slider_crank import angle_of, director
 from mbs_models.slider_crank.slider_crank_plant import Mechanism, add_mechanism
 from slide_fmu.core.signals import Angle, FloatArray, Signal
@@ -33,8 +33,8 @@ class CoupledCrank(PlantSystem[MovedPlant], RandomStates, Linearizable):
     """The shaft of a coupling turns the crank; the output is the torque of the coupling.
 
     The torque P (s - phi) + D (s' - phi') acts on the crank, with its angle phi, and against the
-    shaft, with the angle s. The inputs are cosine and sine of s, which turns linearly within a
-    step: by less than half a turn.
+    shaft, with the angle s. The inputs are cosine and sine of s, which turns along a smooth curve
+    through its samples (``MovedPlant``): by less than half a turn in a step.
 
     Args:
         stiffness: P in N m/rad.
@@ -66,7 +66,7 @@ class CoupledCrank(PlantSystem[MovedPlant], RandomStates, Linearizable):
         self._mechanism = Mechanism(
             stiffness, damping, bending_stiffness, slider_mass, elements, step, substeps
         )
-        super().__init__(self._mechanism.coordinates + 1, n_inputs=2)
+        super().__init__(self._mechanism.coordinates + MOTION, n_inputs=2)
         expect_positive(speed_limit=speed_limit, torque_limit=torque_limit)
         self._speed_limit = speed_limit
         self._last_input = director(0.0)
@@ -99,8 +99,8 @@ class CoupledCrank(PlantSystem[MovedPlant], RandomStates, Linearizable):
 
     def output(self) -> FloatArray:
         """Return the torque of the coupling in N m, shape (1,)."""
-        twist = self._coordinates[-1] - self._coordinates[2]
-        rate = self._velocities[-1] - self._velocities[2]
+        twist = self._coordinates[-MOTION] - self._coordinates[2]
+        rate = self._velocities[-MOTION] - self._velocities[2]
         return np.array(
             [self._mechanism.proportional * twist + self._mechanism.differential * rate]
         )
@@ -138,7 +138,11 @@ class CoupledCrank(PlantSystem[MovedPlant], RandomStates, Linearizable):
         The coupling is not twisted in it.
         """
         coordinates, velocities = self._mechanism.straight(angle, speed)
-        return State(np.append(coordinates, angle), np.append(velocities, speed), director(angle))
+        return State(
+            np.append(coordinates, [angle, speed]),
+            np.append(velocities, [speed, 0.0]),
+            director(angle),
+        )
 
 
 def _shaft_angle(values: FloatArray) -> float:

@@ -1,13 +1,14 @@
 """A motor turns one end of the coupling; its controller follows a speed.
 
 The torque P (r - s) + D (r' - s') on the rotor with the angle s follows the angle r, whose rate
-r' is the commanded speed. The coupling's torque is held over a step. The parameters are those of a
+r' is the commanded speed. The parameters are those of a
 servo drive with a crossover of some 10 rad/s; a rotor of 0.1 to 2 kg m^2 is lighter to heavier
 than the mechanism, whose inertia at the crank is 0.2 to 1.4 kg m^2.
 """
 
 import numpy as np
 
+hold = "first_order"
 inputs = {
     "torque": {"unit": "N.m", "range": [-80.0, 80.0]},
     "speed": {"unit": "rad/s", "range": [-6.0, 6.0]},

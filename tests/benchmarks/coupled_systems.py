@@ -26,11 +26,12 @@ METHODS: dict[str, dict[str, str]] = {
     "newton": {"method": "newton"},
     "gauss_seidel": {"method": "gauss_seidel"},
 }
-FIRST, FACTOR, TIMES = 0.0003, 2**0.25, (1, 2, 5, 10, 20, 50, 100)
+FIRST, FACTOR, TIMES = 0.0001, 2**0.25, (1, 2, 5, 10, 20, 50, 100)
 """Explicit steps grow from the first one in s by this factor; implicit ones are tried at these
 multiples of the longest stable explicit step."""
-FREE_STEPS, REST = 60, 3.0
-"""A partner that was let go must come to rest within this number of steps, and this time in s."""
+FREE_STEPS, REST = (60, 3000), 3.0
+"""A partner that was let go must come to rest within this time in s, in a number of steps between
+these."""
 SEED = 9000
 """Seed of the first partner's command; no training draws commands."""
 REPEATS = 2
@@ -82,10 +83,9 @@ def rms_error(found: FloatArray, true: FloatArray, whole: FloatArray) -> float:
 def is_stable(machine: CutMachine, folder: Path, half: Path | None, step: float, how: Any) -> bool:
     """Return whether a partner that is let go comes to rest."""
     partner, response, begun = machine.free
-    count = max(FREE_STEPS, math.ceil(REST / step))
-    nodes = 1 if how["method"] != "newton" else 4
+    count = min(max(FREE_STEPS[0], math.ceil(REST / step)), FREE_STEPS[1])
     try:
-        run = machine.run(folder, half, partner, 0.0, step, count * step, nodes, **how)
+        run = machine.run(folder, half, partner, 0.0, step, count * step, **how)
     except CoSimulationError:
         return False
     last = np.abs(run[f"partner.{response}"][-count // 4 :])

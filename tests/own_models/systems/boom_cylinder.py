@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
@@ -10,23 +11,24 @@ from scipy.integrate import solve_ivp
 
 from mbs_models.boom import cylinder
 from mbs_models.boom.boom import Boom
+from mbs_models.plants.moved_plant import MOTION
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Restorable, State, go_on
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
-from tests.own_models.systems.cut_machine import CutMachine, Partner, smooth_command
+from tests.own_models.systems.cut_machine import CutMachine, Partner
 
 WHOLE = "mbs_models.boom.boom_with_cylinder"
 WHOLE_STEP = 0.001
 """Integration step of the whole machine in s."""
 START = 1.5
 """Length of the cylinder in m where all runs begin."""
-GAIN, KNOT = 20.0, 0.02
-"""An operator opens the valve by GAIN times the length that is missing in m; the record of the
-valve is a straight line over each KNOT in s."""
+REACH, DWELL, GAIN, HAND, KNOT = 0.2, (1.5, 4.0), 8.0, 0.1, 0.02
+"""An operator wants lengths within REACH of the start in m, new ones after times of DWELL in s.
+The valve opens by GAIN times the length that is missing in m; the hand on it lags behind by HAND
+in s. The record of the valve is a straight line over each KNOT in s."""
 
 Command = Callable[[FloatArray], FloatArray]
-
 
 LOAD = 7636.983
 """Force in N that holds the boom at the start; a test compares it."""
@@ -39,26 +41,28 @@ PARTNERS: Mapping[str, Partner] = {
 
 
 def valve(partner: Partner, seed: int, stop: float) -> Command:
-    """Return a record of a valve, with which an operator lets a load follow a smooth length.
+    """Return a record of a valve, with which an operator moves a constant load.
 
-    The record is made with a constant force. Whoever plays it back is not corrected.
+    Whoever plays it back is not corrected.
     """
     p = SimpleNamespace(**{**cylinder.parameters, **partner})
-    wanted = smooth_command(seed, 0.0, 0.22, (0.2, 1.5))
-
-    def opening(time: float, length: float) -> float:
-        return float(np.tanh(GAIN * (START + float(wanted(np.array(time))) - length)))
+    rng, count = np.random.default_rng(seed), 2 + int(stop / DWELL[0])
+    changes = np.cumsum(rng.uniform(*DWELL, count))
+    wanted = START + rng.uniform(-REACH, REACH, count + 1)
 
     def rates(time: float, x: FloatArray) -> list[float]:
-        return cylinder.f(x, [p.load, opening(time, x[0])], p)
+        missing = wanted[np.searchsorted(changes, time)] - x[0]
+        hand = (math.tanh(GAIN * missing) - x[-1]) / HAND
+        return [*cylinder.f(x[:-1], [p.load, x[-1]], p), hand]
 
     times = KNOT * np.arange(round(stop / KNOT) + 1)
-    begun = np.array(cylinder.start(None, p), dtype=np.float64)
-    run = solve_ivp(rates, (0.0, times[-1]), begun, "LSODA", times, rtol=1e-6, atol=1e-9)
-    openings = np.array([opening(t, x) for t, x in zip(times, run.y[0], strict=True)])
+    begun = np.array([*cylinder.start(None, p), 0.0])
+    run = solve_ivp(
+        rates, (0.0, times[-1]), begun, "LSODA", times, rtol=1e-6, atol=1e-9, max_step=KNOT
+    )
 
     def command(time: FloatArray) -> FloatArray:
-        return np.asarray(np.interp(time, times, openings))
+        return np.asarray(np.interp(time, times, run.y[-1]))
 
     return command
 
@@ -71,8 +75,8 @@ def whole(partner: Partner, command: Command, step: float, stop: float) -> dict[
     p = SimpleNamespace(**{**cylinder.parameters, **partner})
     boom = Boom().rest_state(np.array([START]))
     _, _, *pressures = cylinder.start(None, p)[:4]
-    coordinates = np.append(boom.coordinates, [0.0, 0.0])
-    velocities = np.append(boom.velocities, [1e-6 * one for one in pressures])
+    coordinates = np.append(boom.coordinates[:-MOTION], [START, 0.0, 0.0])
+    velocities = np.append(boom.velocities[:-MOTION], [0.0, *(1e-6 * one for one in pressures)])
     times = WHOLE_STEP * np.arange(round(stop / WHOLE_STEP) + 1)
     openings = command(times)[:, None]
     system.set_state(State(coordinates, velocities, openings[0]))
@@ -90,7 +94,7 @@ BOOM_CYLINDER = CutMachine(
     command="valve",
     step=0.01,
     integration=0.0025,
-    free=({"load": LOAD + 2000.0}, "rate", 0.02),
+    free=({"load": LOAD + 2000.0, "mass": 10.0}, "rate", 0.02),
     drive=valve,
     whole=whole,
     place=lambda inputs: inputs[:, 0],

@@ -9,19 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.base import Stepping
+from slide_fmu.systems.base import Stepping, go_on
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
-
-NODES = 4
-"""The exact half takes this number of steps in a communication step, for the mean of its force."""
-REPLAYED = 16
-"""Steps of the exact half in a communication step, where its work is integrated."""
 
 Partner = Mapping[str, float]
 """Parameters of the partner, by name."""
@@ -92,45 +88,34 @@ class CutMachine:
         command: Any,
         step: float,
         stop: float,
-        nodes: int = NODES,
         **how: Any,
     ) -> Coupled:
-        """Run the halves together; without a surrogate as half, the exact one.
-
-        An exact half needs several steps in a communication step of an implicit method.
-        """
-        exact = half is None
+        """Run the halves together; without a surrogate as half, the exact one."""
+        halves = {
+            "partner": self.write_partner(folder, step, partner),
+            "half": half or self.write_half(folder, step),
+        }
         return couple(
-            {
-                "partner": self.write_partner(folder, step, partner),
-                "half": half or self.write_half(folder, step / nodes),
-            },
+            halves,
             self.links,
             step=step,
             stop=stop,
             inputs={f"partner.{self.command}": command},
-            moving=["half"] if exact else [],
+            moving=["partner"] if half else ["partner", "half"],
             **how,
         )
 
     def work(self, run: Coupled, step: float) -> float:
         """Return the work in J that the motion of a run does on the exact half.
 
-        The inputs move straight from one communication point to the next. The force jumps where
-        a step begins: its value there continues those behind it.
+        Force and way are smooth between the communication points, as splines are.
         """
         inputs = np.stack([run[f"half.{name}"] for name in self.motion], axis=1)
-        system = self.half_system(step / REPLAYED)
+        system = self.half_system(step)
         system.begin(inputs[0])
-        parts = (np.arange(REPLAYED) + 1)[:, None] / REPLAYED
-        way, work = self.place(inputs), 0.0
-        for k in range(len(inputs) - 1):
-            rows = inputs[k] + parts * (inputs[k + 1] - inputs[k])
-            force = np.array([system.advance(row)[0] for row in rows])
-            first = 2 * force[0] - force[1]
-            mean = (0.5 * first + force[:-1].sum() + 0.5 * force[-1]) / REPLAYED
-            work += float(mean * (way[k + 1] - way[k]))
-        return work
+        force = go_on(system, inputs[1:])[:, 0]
+        speed = CubicSpline(run.time, self.place(inputs)).derivative()(run.time)
+        return float(CubicSpline(run.time, force * speed).integrate(0.0, run.time[-1]))
 
 
 def smooth_command(

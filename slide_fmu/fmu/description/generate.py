@@ -1,4 +1,4 @@
-"""Write what is generated from the table of variables: a C header, and a table on a page of the docs.
+"""Write what is generated from the table of variables: a C header, and a table of the docs.
 
 Run ``python -m slide_fmu.fmu.description.generate`` after a change of ``variables.py``; a test
 compares both files with the table.

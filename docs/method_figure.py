@@ -1,4 +1,4 @@
-"""The pictures on the pages about the method: two motions meet, and what a window holds.
+"""The pictures on the page about the method: two motions meet, and what a window holds.
 
 ``python docs/method_figure.py`` simulates the Duffing oscillator twice under the same force, from
 rest and from a state far away. It writes ``docs/method_figure.svg`` and, with one window of the

@@ -19,7 +19,7 @@ from slide_fmu.fmu.export import REMEDY
 
 
 class CoSimulationError(RuntimeError):
-    """An FMU could not be run."""
+    """An FMU could not be run, or reports an error."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,11 @@ from typing import TypeVar
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
+from slide_fmu.data.closed_loop import ClosedLoop, straight
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import RandomStates, State, System
+from slide_fmu.systems.base import RandomStates, State, Stepping, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate, simulate_between
 
@@ -143,9 +145,11 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
     of their own, whose effect decays in the burn-in.
 
     Raises:
+        LoadError: a loop cannot step the system.
+        SimulationError: the inputs of a loop leave their ranges, or the system failed in it.
         ValueError: the stream's trajectories hold no sample, or more than fit into memory.
     """
-    drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt)
+    drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt, closed=True)
     if isinstance(system, RandomStates):
         first = drawn.inputs[0] if drawn.between is None else drawn.between[0]
         return replace(drawn, initial=system.random_state(rng, first))
@@ -157,13 +161,13 @@ def draw_inputs(
 ) -> Draw:
     """Draw only the inputs of a trajectory; the system is used for its signals, not for a state.
 
-    Arguments and errors are those of ``draw``.
+    Loops stay open: their motions have the inputs from outside. Arguments are those of ``draw``.
     """
-    return _drawn_inputs(recipe, system, stream, index, attempt)[0]
+    return _drawn_inputs(recipe, system, stream, index, attempt, closed=False)[0]
 
 
 def _drawn_inputs(
-    recipe: Recipe, system: System, stream: Stream, index: int, attempt: int
+    recipe: Recipe, system: System, stream: Stream, index: int, attempt: int, closed: bool
 ) -> tuple[Draw, np.random.Generator]:
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
@@ -175,12 +179,20 @@ def _drawn_inputs(
     rng = np.random.default_rng(seeds)
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
-    kind = choose_kind(recipe.data.excitation, rng)
-    excitation = recipe.data.excitation[kind]
-    parts = recipe.data.substeps if excitation.bends and moves(system.inputs) else 1
+    kinds = recipe.mix()
+    kind = choose_kind(kinds, rng)
+    chosen, usual = kinds[kind], recipe.data.excitation
+    outer = usual[choose_kind(usual, rng)] if isinstance(chosen, LoopRecipe) else chosen
+    finest = recipe.data.substeps if moves(system.inputs) else 1
+    parts = finest if outer.bends else 1
     # sample k ends part k, and is at the time k * step
     time = step / parts * (np.arange(parts * (burn_in + count), dtype=np.float64) + 1 - parts)
-    inputs = excitation.inputs(system.inputs, time, factor, rng)
+    inputs = outer.inputs(system.inputs, time, factor, rng)
+    if isinstance(chosen, LoopRecipe) and closed:
+        assert isinstance(system, Stepping)  # a case with loops has no other system
+        inputs, parts = straight(inputs, finest // parts), finest
+        partner = chosen.partner(rng)
+        inputs = ClosedLoop(chosen, system).inputs(inputs, partner, parts, max(factor, 1.0))
     if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
         inputs = within_ranges(system.inputs, inputs)
     between = inputs if parts > 1 else None
@@ -195,7 +207,7 @@ def first_that_runs(
     Raises:
         SimulationError: it fails on ``ATTEMPTS`` draws; the message names their kinds.
     """
-    names, kinds = names_of(recipe.data.excitation), set()
+    names, kinds = names_of(recipe.mix()), set()
     for attempt in range(ATTEMPTS):
         try:
             drawn = draw(recipe, system, stream, index, attempt)
@@ -231,8 +243,9 @@ def probe(recipe: Recipe, system: System) -> FloatArray:
 def probe_draws(recipe: Recipe, system: System) -> Iterator[Draw]:
     """Draw ``PROBE_ATTEMPTS`` short motions, first those in which the inputs move.
 
-    Their inputs have the shape (PROBE_SAMPLES, n_inputs); there is no burn-in.
+    Their inputs have the shape (PROBE_SAMPLES, n_inputs); there is no burn-in, and no loop.
     """
+    recipe = recipe.without_loops()
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), PROBE_SAMPLES * recipe.window.step)
     return islice(_moving_first(recipe, system, stream), PROBE_ATTEMPTS)
 

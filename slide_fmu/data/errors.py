@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class StoreError(ValueError):
-    """The store on disk does not belong to the recipe, or is incomplete."""
+    """The store on disk is damaged or incomplete, or does not belong to the recipe."""

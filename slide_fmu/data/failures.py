@@ -96,6 +96,7 @@ def too_many_failures(store: Path, recipe: Recipe) -> str | None:
     first = next(one for one in kept_failures(store) if one.name == counted[0])
     learnt = {**recipe.tables_of_kinds(), "validation": ()}
     tables = ", ".join(f"{table}.excitation" for table, kinds in learnt.items() if kinds)
+    tables += ", loop" if recipe.loop else ""
     return (
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
         f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "

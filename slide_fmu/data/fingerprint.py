@@ -15,6 +15,7 @@ import numpy as np
 from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import probe
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
@@ -39,6 +40,7 @@ class Fingerprint:
         step: sample step in s.
         estimator: keys of this table about its trajectories; None without one.
         bound: kinds of excitation of an error bound alone; None without such kinds.
+        loop: loops in which motions are drawn; None without.
         training: kinds that are learnt from, but not promised; None without such kinds.
     """
 
@@ -48,6 +50,7 @@ class Fingerprint:
     parameters: Tables
     estimator: Tables | None = optional()
     bound: Tables | None = optional()
+    loop: Tables | None = optional()
     training: Tables | None = optional()
 
 
@@ -71,11 +74,12 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
         estimator=estimator,
         bound=_with_kinds(recipe.further_kinds()),
         training=_with_kinds(recipe.kinds_of_training()),
+        loop=_with_kinds(recipe.loop),
     )
     return read_figures(Fingerprint, json.loads(json.dumps(plain(found))))
 
 
-def _with_kinds(kinds: Sequence[Excitation]) -> Tables | None:
+def _with_kinds(kinds: Sequence[Excitation | LoopRecipe]) -> Tables | None:
     return {"excitation": [kind.model_dump(mode="json") for kind in kinds]} if kinds else None
 
 

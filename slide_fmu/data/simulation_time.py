@@ -27,10 +27,9 @@ def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
     while simulated == 0.0 or time.perf_counter() - begin < TIMED:
         duration = recipe.data.duration if simulated else short
         stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-        drawn = draw(recipe, system, stream, tolerance.tried)
         tolerance.tried += 1
         try:
-            simulate_draw(system, drawn)
+            simulate_draw(system, draw(recipe, system, stream, tolerance.tried - 1))
         except SimulationError as error:
             tolerance.count(error)
         else:

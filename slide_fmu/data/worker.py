@@ -159,14 +159,17 @@ def _make(case: Case, store: Store, split: str, index: int) -> None:
     for attempt in range(beyond + allowed_failures(recipe) + 1):
         at = attempted(stream, attempt)
         parameters = drawn_parameters(recipe, stream, index, attempt)
+        inputs = None
         try:
             driven = case_at(case, parameters).system
             drawn = draw(kinds, driven, at, index, attempt)
+            inputs = drawn.inputs
             trajectory = simulate_draw(driven, drawn)
         except SimulationError as error:
             words = with_values(str(error), parameters)
             failure = Failure(split, index, attempt, error.time, words)
-            inputs = draw_inputs(kinds, case.system, at, index, attempt).inputs
+            if inputs is None:  # of a loop, from outside
+                inputs = draw_inputs(kinds, case.system, at, index, attempt).inputs
             keep_failure(store.path, failure, case.system, inputs)
         else:
             values = as_row(parameters) if parameters else None

@@ -21,6 +21,7 @@ from slide_fmu.excitation.channels import (
     Rest,
     Steps,
 )
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.excitation.spectra import FilteredRandom, Harmonic, Multisine, Sweep
@@ -48,13 +49,13 @@ Excitation = Annotated[
 """One entry of a recipe's mix; its ``kind`` selects the class that reads it."""
 
 
-def choose_kind(kinds: Sequence[Kind], rng: np.random.Generator) -> int:
+def choose_kind(kinds: Sequence[Kind | LoopRecipe], rng: np.random.Generator) -> int:
     """Draw the index of a kind, with probabilities in proportion to the weights."""
     weights = np.array([kind.weight for kind in kinds])
     return int(rng.choice(len(kinds), p=weights / weights.sum()))
 
 
-def names_of(kinds: Sequence[Kind]) -> list[str]:
+def names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
     """Return one name for each excitation of a recipe, in its order, all different.
 
     The name is the kind; if several have that kind, the position in the mix, from 1, is added.

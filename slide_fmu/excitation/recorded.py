@@ -16,6 +16,9 @@ from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.words import between
 
+TIME = "time"
+"""The usual name of the column of times, and its name in the key ``columns``."""
+
 GRID = 10_000
 """Number of times in a file at which its inputs are compared with their ranges."""
 
@@ -35,8 +38,8 @@ class Recorded(Kind):
 
     Attributes:
         path: the file, relative to the current folder or to the folder of the recipe.
-        time: name of the column of times.
-        columns: names of columns by input, where they differ from the input's name.
+        columns: names of columns by input, where they differ from the input's name; ``time`` is
+            the column of times.
         scale: range of the factor on the deviations from the column means, drawn uniformly, once
             for all inputs.
         digest: SHA-256 of the file; it is added when the recipe is read. A file with another
@@ -48,10 +51,13 @@ class Recorded(Kind):
 
     kind: Literal["file"]
     path: str
-    time: str = "time"
     columns: dict[str, str] = Field(default={})
     scale: PositiveRange = (1.0, 1.0)
     digest: str | None = Field(default=None, repr=False)
+
+    @property
+    def _time(self) -> str:
+        return self.columns.get(TIME, TIME)
 
     @model_validator(mode="before")
     @classmethod
@@ -75,12 +81,12 @@ class Recorded(Kind):
             ValueError: the message names the fault in the file and the remedy.
         """
         table = _read(self.path, str(self.digest))
-        wanted = [self.time, *(self.columns.get(s.name, s.name) for s in signals)]
+        wanted = [self._time, *(self.columns.get(s.name, s.name) for s in signals)]
         missing = [name for name in wanted if name not in table]
         if missing:
             raise ValueError(
                 f"kind = 'file': {self.path!r} has no columns {missing}; it has {list(table)}: "
-                "say which is which with time = ... and columns = { INPUT = COLUMN }"
+                f"say which is which with columns = {{ {TIME} = COLUMN, INPUT = COLUMN }}"
             )
         for name in wanted:
             wrong = np.flatnonzero(~np.isfinite(table[name]))
@@ -89,7 +95,7 @@ class Recorded(Kind):
                     f"kind = 'file': {self.path!r}, column {name!r}, line {wrong[0] + 2} is no "
                     "finite number; expected numbers throughout: mend or cut the file"
                 )
-        steps = np.diff(table[self.time])
+        steps = np.diff(table[self._time])
         if len(steps) == 0 or not (steps > 0).all():
             line = int(np.argmax(steps <= 0)) + 3 if len(steps) else 2
             raise ValueError(
@@ -119,7 +125,7 @@ class Recorded(Kind):
         Cosine and sine of an angle are never clipped.
         """
         table = _read(self.path, str(self.digest))
-        times, found = table[self.time], list[float]()
+        times, found = table[self._time], list[float]()
         grid = np.linspace(times[0], times[-1], GRID)
         for signal in signals:
             values = table[self.columns.get(signal.name, signal.name)]
@@ -147,7 +153,7 @@ class Recorded(Kind):
         inputs are clipped. Cosine and sine of an angle are neither scaled nor clipped.
         """
         table = _read(self.path, str(self.digest))
-        times = table[self.time] - table[self.time][0]
+        times = table[self._time] - table[self._time][0]
         elapsed = _to_and_fro(rng.uniform(0.0, times[-1]) + time - time[0], float(times[-1]))
         scale = factor * rng.uniform(*self.scale)
         turning = {index + i for index in cosines_of(signals) for i in (0, 1)}

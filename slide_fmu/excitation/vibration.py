@@ -11,6 +11,11 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
 from slide_fmu.excitation.words import between, listed
 
+DURATION = (2.0, 8.0)
+"""Range of the time from point to point in s, drawn uniformly."""
+REACH = 0.8
+"""Share of the range, about its middle, from which the points are drawn."""
+
 
 class Vibration(Kind):
     """Every input moves from point to point, with a sine that swells and fades during each move.
@@ -23,16 +28,12 @@ class Vibration(Kind):
         angular_frequency: range in rad/s; its logarithm is drawn uniformly.
         acceleration: largest acceleration of each input's sine, in its unit per s^2; every burst
             draws its own value between zero and this.
-        duration: range of the time from point to point in s, drawn uniformly.
-        reach: share of the range, about its middle, from which the points are drawn.
         single: share of the bursts in which one random input vibrates alone.
     """
 
     kind: Literal["vibration"]
     angular_frequency: PositiveRange
     acceleration: Limits = Field(min_length=1)
-    duration: PositiveRange = (2.0, 8.0)
-    reach: float = Field(default=0.8, gt=0, le=1)
     single: Share = 0.3
 
     def check(self, signals: tuple[Signal, ...]) -> None:
@@ -45,8 +46,8 @@ class Vibration(Kind):
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         return (
-            f"every input moves from point to point within {100 * self.reach:g} % of its range, "
-            f"in {between(self.duration, 's')}, and shakes on the way at "
+            f"every input moves from point to point within {100 * REACH:g} % of its range, "
+            f"in {between(DURATION, 's')}, and shakes on the way at "
             f"{between(self.angular_frequency)} rad/s with accelerations of up to "
             f"{listed(self.acceleration, signals, 's^2')}; {100 * self.single:g} % of the times "
             "one input shakes alone"
@@ -61,12 +62,12 @@ class Vibration(Kind):
     ) -> FloatArray:
         """Draw the inputs at the sample times, shape (N, n_inputs); they stay in their ranges."""
         low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
-        middle, half_range = 0.5 * (low + high), 0.5 * self.reach * (high - low)
+        middle, half_range = 0.5 * (low + high), 0.5 * REACH * (high - low)
         elapsed = time - time[0]
         point = rng.uniform(middle - half_range, middle + half_range)
         values, begin = np.empty((len(time), len(signals))), 0.0
         while begin <= elapsed[-1]:
-            duration = rng.uniform(*self.duration)
+            duration = rng.uniform(*DURATION)
             target = rng.uniform(middle - half_range, middle + half_range)
             frequency = np.exp(rng.uniform(*np.log(self.angular_frequency)))
             phase = rng.uniform(-np.pi, np.pi, len(signals))

@@ -110,7 +110,7 @@ def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
 
 MARGIN = 1.25
 """Factor on the longest decay time that was found: a window that truncates this time covers all
-but rare motions of any other seed (docs/window.md has the figures)."""
+but rare motions of any other seed (training/README.md has the figures)."""
 
 
 def too_short(window: Window, decay_time: float, slowest: float = 0.0) -> str | None:

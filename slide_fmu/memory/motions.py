@@ -117,7 +117,7 @@ def motions_of(
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
     failing = Failing(system, recipe.data.most_failures)
     most = MOTIONS if most is None else most
-    motions = Motions(recipe, system, stream, most, failing, patience)
+    motions = Motions(recipe.without_loops(), system, stream, most, failing, patience)
     if math.isinf(patience.seconds):
         return motions
     samples = failing.tolerated(lambda: patience.samples(system, motions.inputs(0, TIMED_SAMPLES)))

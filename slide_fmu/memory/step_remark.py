@@ -123,7 +123,7 @@ def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:
     """Draw inputs of a recipe, with values between the samples by their hold."""
     duration = FINE_SAMPLES * recipe.window.step
     stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
-    inputs = draw(recipe, system, stream, 0, attempt).inputs[:FINE_SAMPLES]
+    inputs = draw(recipe.without_loops(), system, stream, 0, attempt).inputs[:FINE_SAMPLES]
     if hold_of(system.inputs) == "zero_order":
         return np.repeat(inputs, FINER, axis=0)
     before = np.concatenate([inputs[:1], inputs[:-1]])

@@ -15,6 +15,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
@@ -243,7 +244,12 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
                 untried += 1
                 continue
             try:
-                simulate_draw(system, draw(recipe.with_kinds((kind,)), system, stream, 0))
+                of_kind = (
+                    recipe.in_loop(kind)
+                    if isinstance(kind, LoopRecipe)
+                    else recipe.with_kinds((kind,))
+                )
+                simulate_draw(system, draw(of_kind, system, stream, 0))
             except SimulationError as error:
                 failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
                 failed[-1] += str(error)
@@ -290,7 +296,9 @@ def _failures_beyond_parameters(case: Case) -> str | None:
     )
 
 
-def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...], float]]:
+def _needed_kinds(
+    recipe: Recipe,
+) -> Iterator[tuple[str, tuple[Excitation | LoopRecipe, ...], float]]:
     """Return the kinds of excitation that a run needs, with their table and amplitude factor.
 
     Kinds that the networks learn from come last, since some of their motions were simulated
@@ -300,6 +308,7 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, tuple[Excitation, ...],
     kinds = tables.pop("data")
     for table, others in tables.items():
         yield f"{table}.excitation", others, 1.0
+    yield "loop", recipe.loop, 1.0
     if recipe.data.beyond:
         yield "data.beyond", kinds, recipe.data.beyond_factor[1]
     if estimator is not None and estimator.beyond:

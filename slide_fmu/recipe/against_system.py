@@ -16,7 +16,7 @@ from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import Source, System, chain_of
+from slide_fmu.systems.base import Source, Stepping, System, chain_of
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import imported
 
@@ -48,6 +48,26 @@ def require_driving(
         except ValueError as error:
             place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[{table}.excitation]]"
             raise RecipeError(f"{place}: {error}") from error
+
+
+def require_loops(recipe: Recipe, system: Source) -> None:
+    """Refuse loops whose signals the system lacks, and loops around what cannot be stepped.
+
+    Raises:
+        RecipeError: the message has the loop and its fault.
+    """
+    for index, loop in enumerate(recipe.loop):
+        place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[loop]]"
+        try:
+            loop.interface(system.inputs, system.outputs)
+        except ValueError as error:
+            raise RecipeError(f"{place}: {error}") from error
+        if not isinstance(system, Stepping):
+            raise RecipeError(
+                f"{place}: {recipe.system.model!r} simulates whole motions only; expected a "
+                "system that goes on step by step: give f and g in place of simulate(t, u, p), or "
+                "begin, output and advance in a class; or remove [[loop]]"
+            )
 
 
 def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:

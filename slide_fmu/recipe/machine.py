@@ -1,10 +1,8 @@
-"""This module defines the recipe's tables of a serial chain and of its drive law."""
+"""This module defines the recipe's tables of a serial chain and finds drive laws."""
 
 from __future__ import annotations
 
-from pydantic import model_validator
-
-from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw
+from slide_fmu.features.drive_law import DRIVE_LAWS, DriveLaw, Weights
 from slide_fmu.features.urdf import STANDARD_GRAVITY
 from slide_fmu.recipe.learning import Table
 
@@ -24,41 +22,22 @@ class ChainRecipe(Table):
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
 
 
-class DriveRecipe(Table):
-    """The table ``system.drive`` gives the drive law by its weights (``DriveLaw``).
+Drive = str | tuple[Weights, Weights, Weights]
+"""A drive law in a recipe: its name, or its weights of position, rate and acceleration."""
 
-    Attributes:
-        position, rate, acceleration: weights of the newest set point and of the two before it in
-            the joint's place, its rate times the step, its acceleration times the step squared.
+
+def drive_law(drive: Drive) -> DriveLaw:
+    """Return a drive law, by its name or by its weights of position, rate and acceleration.
+
+    Raises:
+        ValueError: no such law exists, or a joint with these weights does not follow its set
+            points.
     """
-
-    position: tuple[float, float, float]
-    rate: tuple[float, float, float]
-    acceleration: tuple[float, float, float]
-
-    @model_validator(mode="after")
-    def _is_a_law(self) -> DriveRecipe:
-        self.law()
-        return self
-
-    @classmethod
-    def named(cls, name: str) -> DriveRecipe:
-        """Return the table of a law in ``DRIVE_LAWS``.
-
-        Raises:
-            ValueError: no such law exists.
-        """
-        if name not in DRIVE_LAWS:
-            raise ValueError(
-                f"expected one of {list(DRIVE_LAWS)}, or a table with the weights of position, "
-                "rate and acceleration"
-            )
-        return cls(**vars(DRIVE_LAWS[name]))
-
-    def law(self) -> DriveLaw:
-        """Return the law.
-
-        Raises:
-            ValueError: a joint with these weights does not follow its set points.
-        """
-        return DriveLaw(self.position, self.rate, self.acceleration)
+    if not isinstance(drive, str):
+        return DriveLaw(*drive)
+    if drive not in DRIVE_LAWS:
+        raise ValueError(
+            f"expected one of {list(DRIVE_LAWS)}, or three lists with the weights of position, "
+            "rate and acceleration"
+        )
+    return DRIVE_LAWS[drive]

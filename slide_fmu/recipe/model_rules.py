@@ -77,14 +77,14 @@ class ModelRules(KindRules):
                 )
 
     def motions(self, recipe: Recipe) -> list[Motion]:
-        kinds = recipe.data.excitation
+        kinds = recipe.mix()
         pairs = zip(names_of(kinds), (kind.kind for kind in kinds), strict=True)
         return [Motion(*pair) for pair in pairs]
 
     def described(
         self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool
     ) -> dict[str, str]:
-        kinds = recipe.validation.excitation if held_out else recipe.data.excitation
+        kinds = recipe.validation.excitation if held_out else recipe.mix()
         return {
             name: kind.described(signals, step)
             for name, kind in zip(names_of(kinds), kinds, strict=True)

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.estimator import EstimatorRecipe
@@ -33,6 +34,9 @@ LEARNT = ("train", "companion", "bound")
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Names of the stored splits. Test trajectories are drawn anew for every validation."""
+
+ALL = 1e12
+"""A weight this many times as large as all others leaves hardly a motion to them."""
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
 """The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""
@@ -63,6 +67,8 @@ class Recipe(Table):
         stability: tests that a network must pass before it is exported.
         validation: unseen trajectories on which the FMU is measured.
         parameters: physical parameters that users of the FMU may set, by name.
+        loop: loops in which an output decides an input; motions in them are drawn next to the
+            kinds of ``data.excitation``.
         apps: tables of apps by the apps' names; each app reads its own.
     """
 
@@ -79,6 +85,7 @@ class Recipe(Table):
     stability: StabilityRecipe = StabilityRecipe()
     validation: ValidationRecipe = ValidationRecipe()
     parameters: dict[str, ParameterRecipe] = Field(default={})
+    loop: tuple[LoopRecipe, ...] = ()
     apps: dict[str, dict[str, Any]] = Field(default={})
 
     def physical(self) -> tuple[Parameter, ...]:
@@ -93,6 +100,19 @@ class Recipe(Table):
         fixed = {**self.system.parameters, **values}
         system = self.system.model_copy(update={"parameters": fixed})
         return self.model_copy(update={"system": system, "parameters": {}})
+
+    def mix(self) -> tuple[Excitation | LoopRecipe, ...]:
+        """Return the kinds of motion that are drawn: those of the excitation, then the loops."""
+        return (*self.data.excitation, *self.loop)
+
+    def without_loops(self) -> Recipe:
+        """Return the recipe whose motions are of the kinds ``data.excitation`` alone."""
+        return self.model_copy(update={"loop": ()})
+
+    def in_loop(self, loop: LoopRecipe) -> Recipe:
+        """Return the recipe whose motions are nearly all in one of its loops."""
+        rest = sum(kind.weight for kind in self.data.excitation)
+        return self.model_copy(update={"loop": (loop.model_copy(update={"weight": ALL * rest}),)})
 
     def further_kinds(self) -> tuple[Excitation, ...]:
         """Return the kinds of excitation that the error bound alone learns from."""
@@ -116,7 +136,8 @@ class Recipe(Table):
         if split == FURTHER:
             return self.with_further_kinds()
         if split in LEARNT and self.kinds_of_training():
-            return self.with_kinds((*self.data.excitation, *self.kinds_of_training()))
+            found = self.with_kinds((*self.data.excitation, *self.kinds_of_training()))
+            return found.model_copy(update={"loop": self.loop})
         return self
 
     def with_further_kinds(self) -> Recipe:
@@ -133,9 +154,9 @@ class Recipe(Table):
         return self.with_kinds(self.further_kinds())
 
     def with_kinds(self, kinds: tuple[Excitation, ...]) -> Recipe:
-        """Return the recipe whose motions are of these kinds of excitation."""
+        """Return the recipe whose motions are of these kinds of excitation, in no loop."""
         data = self.data.model_copy(update={"excitation": kinds})
-        return self.model_copy(update={"data": data})
+        return self.model_copy(update={"data": data, "loop": ()})
 
     def with_held_out_kinds(self) -> Recipe:
         """Return the recipe whose motions are of the kinds that are held out.

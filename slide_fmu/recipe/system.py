@@ -12,7 +12,7 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import NO_UNIT, require_unit
 from slide_fmu.features.drive_law import DEFAULT_LAW
 from slide_fmu.recipe.learning import Table
-from slide_fmu.recipe.machine import ChainRecipe, DriveRecipe
+from slide_fmu.recipe.machine import ChainRecipe, Drive, drive_law
 from slide_fmu.systems.declared import Parameter, SignalTable
 from slide_fmu.systems.loading import KINDS, NAMED
 
@@ -40,8 +40,9 @@ class SystemRecipe(Table):
         chain: serial chain whose joints' set points the inputs are, in the order of the joints;
             the path of its URDF can replace its table. If not given, the chain of the model is
             used, if it has one.
-        drive: how the joints follow the set points: a name in ``DRIVE_LAWS`` can
-            replace the table of its weights.
+        drive: how the joints follow the set points: a name in ``DRIVE_LAWS``, or three lists. They
+            weight the newest set point and the two before it in the joint's place, its rate times
+            the step, and its acceleration times the step squared.
     """
 
     kind: str = "class"
@@ -54,7 +55,7 @@ class SystemRecipe(Table):
     reference: dict[str, Parameter] = Field(default={})
     picture: str | None = Field(default=None, pattern=r"^[\w.]+:\w+$")
     chain: ChainRecipe | None = None
-    drive: DriveRecipe = DriveRecipe.named(DEFAULT_LAW)
+    drive: Drive = DEFAULT_LAW
 
     @field_validator("kind")
     @classmethod
@@ -79,7 +80,8 @@ class SystemRecipe(Table):
     def _path_is_short_for_the_table(cls, value: Any) -> Any:
         return {"urdf": value} if isinstance(value, str) else value
 
-    @field_validator("drive", mode="before")
+    @field_validator("drive")
     @classmethod
-    def _name_is_short_for_the_law(cls, value: Any) -> Any:
-        return DriveRecipe.named(value) if isinstance(value, str) else value
+    def _is_a_law(cls, value: Drive) -> Drive:
+        drive_law(value)
+        return value

@@ -195,6 +195,7 @@ def _require_no_model(recipe: Recipe) -> None:
         "system.reference": dict(system.reference),
         "system.picture": system.picture,
         "data.excitation": [kind.kind for kind in data.excitation],
+        "loop": [loop.output for loop in recipe.loop],
         "data.beyond": data.beyond,
         "validation.duration": recipe.validation.duration,
         "training.expert.excitation": [kind.kind for kind in recipe.kinds_of_training()],

@@ -25,7 +25,7 @@ Measured = Mapping[str, ValidationFigures]
 
 
 class QualityError(ValueError):
-    """A surrogate is less accurate than its recipe requires."""
+    """A surrogate is less accurate than its recipe requires (``validation.require``)."""
 
 
 REMEDY = (

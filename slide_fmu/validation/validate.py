@@ -198,6 +198,7 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
         if not recipe.system.reference:
             return found
         own = draw(recipe, case.system, stream, index, drawn.attempt)
+        own = replace(own, inputs=drawn.inputs, between=drawn.between)  # a loop's differ
         outputs = drawn_outputs(case.system, own)
         return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 

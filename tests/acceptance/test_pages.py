@@ -20,7 +20,7 @@ finally:
 
 FOR_DEVELOPERS = {"contributing.md", "testing.md"}
 """These stay files of the repository, outside of the site."""
-GENERATED = {"api.md", "recipe.md", "variables.md"}
+GENERATED = {"api.md", "recipe.md"}
 """Their words are those of the package."""
 PAGES = sorted(DOCS.glob("*.md"))
 TUTORIALS = sorted((DOCS / "gallery").glob("*.py"))

@@ -7,19 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from slide_fmu.excitation import vibration
 from tests.excitation.drawn import HIGH, JOINTS, LOW, kind_of, motion
 from tests.refusals import refused
 
 BURSTS: dict[str, Any] = {
     "angular_frequency": [20.0, 60.0],
     "acceleration": [4.0, 6.0, 9.0, 12.0],
-    "duration": [2.0, 5.0],
 }
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
-def test_vibration_has_its_frequencies_and_keeps_its_accelerations(factor: float) -> None:
-    still = kind_of("vibration", **BURSTS, reach=1e-6, single=0.0)
+def test_vibration_has_its_frequencies_and_keeps_its_accelerations(
+    factor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vibration, "REACH", 1e-6)
+    still = kind_of("vibration", **BURSTS, single=0.0)
     fine = np.arange(0, 100, 0.002)
     positions = motion(still, JOINTS, 3, factor, fine)
     acceleration = np.abs(np.diff(positions, n=2, axis=0)).max(axis=0) / 0.002**2
@@ -43,8 +46,9 @@ def test_vibration_moves_smoothly_from_point_to_point() -> None:
     assert np.all(jumps < 0.002 * fastest)
 
 
-def test_single_inputs_vibrate_alone() -> None:
-    alone = kind_of("vibration", **BURSTS, reach=1e-6, single=1.0)
+def test_single_inputs_vibrate_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vibration, "REACH", 1e-6)
+    alone = kind_of("vibration", **BURSTS, single=1.0)
     fine = np.arange(0, 40, 0.002)
     positions = motion(alone, JOINTS, 2, 1.0, fine)
     moving = np.abs(np.diff(positions, axis=0)) > 1e-7

@@ -15,6 +15,7 @@ from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS, DriveLaw
 from slide_fmu.features.urdf import UrdfError
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.machine import drive_law
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -86,15 +87,15 @@ def test_weights_of_a_law_may_be_given() -> None:
         "rate": (0.5, 0.0, -0.5),
         "acceleration": (1.0, -2.0, 1.0),
     }
-    assert robot(drive=weights).system.drive.law() == DriveLaw(**weights)
+    assert drive_law(robot(drive=tuple(weights.values())).system.drive) == DriveLaw(**weights)
 
 
 @pytest.mark.parametrize(
     ("drive", "message"),
     [
         ('"spline"', r"system\.drive = 'spline': expected one of \['linear', 'quadratic_b_spl"),
-        ("{ position = [1, 0, 0], rate = [1, 0, 0], acceleration = [1, -2, 1] }", "rests where"),
-        ("{ position = [1, 0, 0] }", r"^mine\.toml: system\.drive\.rate is missing\n"),
+        ("[[1, 0, 0], [1, 0, 0], [1, -2, 1]]", "rests where"),
+        ("[[1, 0, 0]]", r"^mine\.toml: system\.drive"),
     ],
 )
 def test_drives_that_are_no_law_are_refused(drive: str, message: str) -> None:

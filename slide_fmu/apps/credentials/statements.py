@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
 from slide_fmu.apps.credentials.trust_entries import trust_entries
 from slide_fmu.core.signals import Signal
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.model_rules import rules_of
@@ -87,12 +88,12 @@ def _signal_row(signal: Signal) -> Row:
 
 
 def _excitation_rows(recipe: Recipe) -> list[Row]:
-    drawn = {row["name"]: row for row in _kind_rows(recipe.data.excitation)}
+    drawn = {row["name"]: row for row in _kind_rows(recipe.mix())}
     motions = rules_of(recipe).motions(recipe)
     return [drawn.get(m.name, {"name": m.name, "kind": m.kind}) for m in motions]
 
 
-def _kind_rows(kinds: Sequence[Excitation]) -> list[Row]:
+def _kind_rows(kinds: Sequence[Excitation | LoopRecipe]) -> list[Row]:
     return [
         {
             "name": name,

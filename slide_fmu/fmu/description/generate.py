@@ -1,4 +1,4 @@
-"""Write the files generated from the table of variables: a C header and a page of the docs.
+"""Write what is generated from the table of variables: a C header, and a table of the docs.
 
 Run ``python -m slide_fmu.fmu.description.generate`` after a change of ``variables.py``; a test
 compares both files with the table.
@@ -13,6 +13,8 @@ from slide_fmu.fmu.description.variables import KINDS, REFERENCES_PER_KIND, Vari
 ROOT = Path(__file__).parents[3]
 HEADER = Path(__file__).parents[1] / "runtime" / "calls" / "variable_kinds.h"
 PAGE = ROOT / "docs" / "variables.md"
+WORDS = "\n## Words\n"
+"""The page is written by hand from this heading on."""
 COMMAND = "python -m slide_fmu.fmu.description.generate"
 
 WHEN = {
@@ -87,15 +89,26 @@ enum {{ SLIDE_REFERENCES_PER_KIND = {REFERENCES_PER_KIND} }};
 
 
 def page() -> str:
-    """Write the page for users, as Markdown."""
+    """Write the page for users, as Markdown; the words below the table stay as they are.
+
+    Raises:
+        ValueError: the page has lost the heading of the words.
+    """
     rows = "\n".join(map(_row, KINDS))
+    _, heading, words = PAGE.read_text("utf-8").partition(WORDS)
+    if not heading:
+        raise ValueError(f"{PAGE} has no heading {WORDS.strip()!r}: write it above the glossary")
     return f"""\
 ---
 hide:
   - toc
 ---
 
-# Variables of an FMU
+# Variables and words
+
+The variables are followed by a [glossary](#words).
+
+## Variables of an FMU
 
 All FMUs of slide-fmu use these names and value references, in FMI 2.0 and in FMI 3.0. References
 never change: {REFERENCES_PER_KIND} times the kind, plus the index *i* of the signal from 0.
@@ -108,8 +121,8 @@ description of a signal replaces ours in the FMU.
 {rows}
 
 [Use an FMU](use_an_fmu.md) shows the main ones, and [trust](trust.md) the error bound.
-This page is made by `{COMMAND}`.
-"""
+`{COMMAND}` makes this table.
+{heading}{words}"""
 
 
 def _row(kind: VariableKind) -> str:
@@ -131,7 +144,6 @@ def _row(kind: VariableKind) -> str:
 
 def main() -> None:
     """Write both files, and print their names."""
-    PAGE.parent.mkdir(exist_ok=True)
     for path, text in ((HEADER, header()), (PAGE, page())):
         path.write_text(text, encoding="utf-8")
         print(f"wrote {path}")

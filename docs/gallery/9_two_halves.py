@@ -1,7 +1,7 @@
 """
 # Couple a car in two halves
 
-A quarter car is cut between its spring and its body. A surrogate learns the lower half, and its FMU
+A quarter car is cut between its spring and its body. A surrogate learns the lower half. Its FMU
 runs together with the FMU of the upper half. The body is light, so the method matters.
 """
 
@@ -30,8 +30,8 @@ command = ["slide_fmu", "reference", "docs/tutorials/upper_half.toml", "-o", upp
 subprocess.run([sys.executable, "-m", *command], check=True, capture_output=True)
 
 # %%
-# A rough road begins after half a second. Newton's method repeats each step until force and position
-# agree. Explicit steps take the values of the step before. The truth is the whole car, without a cut.
+# A rough road begins after half a second. Newton's method repeats each step until force and
+# position agree. Explicit steps continue from former values. The truth is the car without a cut.
 t = whole_car.STEP * np.arange(251)
 late = np.clip(t - 0.5, 0, None)
 road = 0.01 * np.sin(5 * late) + 0.006 * np.sin(11 * late)

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import Coupled
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import run_fmu, unpacked
 from tests.own_models.halves.cut_car import road, whole
-from tests.own_models.halves.lower_half import TYRE, TYRE_DAMPER, WHEEL, force_on_body
 
 CONFIDENCE = 0.95
 FLAGS = ["force", "force_error_bound", "trusted", "error_bound_filled"]
@@ -67,30 +65,13 @@ def bound_in_the_loop(run: Coupled, surrogate: Path, reference: Path) -> dict[st
     }
 
 
-def at_once(mass: float, times: FloatArray, heights: FloatArray) -> FloatArray:
-    """Return the position of the body of the whole car, integrated as users do: by one call."""
-    slopes = np.append(np.diff(heights) / np.diff(times), 0.0)
-
-    def rates(t: float, x: FloatArray) -> list[float]:
-        slope = slopes[min(int(t / times[1] + 1e-9), len(slopes) - 1)]
-        force = force_on_body(x[:2], x[2], x[3])
-        tyre = TYRE * (np.interp(t, times, heights) - x[0]) + TYRE_DAMPER * (slope - x[1])
-        return [x[1], (tyre - force) / WHEEL, x[3], force / mass]
-
-    start = [heights[0], 0.0, 0.0, 0.0]
-    span = (0.0, times[-1])
-    run = solve_ivp(rates, span, start, "DOP853", times, rtol=PRACTICAL, atol=1e-9)
-    return np.asarray(run.y[2])
-
-
 def speeds(
     stop: float, mass: float, rides: Mapping[str, Callable[[], Any]], repeats: int
 ) -> dict[str, float]:
     """Return simulated seconds for each second of computing, the best of some runs."""
     ways = {
-        "whole car, tolerance 1e-9": lambda: whole(mass, *road(stop)),
-        f"whole car, tolerance {PRACTICAL:g}": lambda: at_once(mass, *road(stop)),
-        **rides,
+        f"whole car, tolerance {tolerance:g}": partial(whole, mass, *road(stop), tolerance)
+        for tolerance in (1e-9, PRACTICAL)
     }
 
     def seconds(way: Callable[[], Any]) -> float:
@@ -98,4 +79,7 @@ def speeds(
         way()
         return time.process_time() - before
 
-    return {name: stop / min(seconds(way) for _ in range(repeats)) for name, way in ways.items()}
+    return {
+        name: stop / min(seconds(way) for _ in range(repeats))
+        for name, way in {**ways, **rides}.items()
+    }

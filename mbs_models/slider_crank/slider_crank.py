@@ -153,16 +153,18 @@ def director(angle: float) -> FloatArray:
     return np.array([math.cos(angle), math.sin(angle)])
 
 
-def angle_of(values: FloatArray) -> float:
-    """Return the angle in rad of a director, shape (2,), of any length.
+def angle_of(
+    values: FloatArray, name: str = "director", meaning: str = "desired crank angle"
+) -> float:
+    """Return the angle in rad of a director, shape (2,), of any length; messages name it.
 
     Raises:
         ValueError: the director is too short to have a direction.
     """
     if not math.hypot(*values) > _SHORTEST_DIRECTOR:
         raise ValueError(
-            f"input director_x, director_y = {values}; expected the cosine and sine of the "
-            f"desired crank angle, at least {_SHORTEST_DIRECTOR} long: correct the input"
+            f"input {name}_x, {name}_y = {values}; expected the cosine and sine of the "
+            f"{meaning}, at least {_SHORTEST_DIRECTOR} long: correct the input"
         )
     return math.atan2(values[1], values[0])
 

@@ -144,13 +144,10 @@ class SliderCrankPlant:
     def __init__(self, mechanism: Mechanism) -> None:
         container = exu.SystemContainer()
         self._mbs = container.AddSystem()
-        crank_node, tip = self._add_crank()
-        rod = self._add_rod(mechanism)
-        self._join(tip, self._mbs.AddMarker(MarkerNodePosition(nodeNumber=rod[0])))
-        self._add_slider(rod[-1], mechanism.slider_mass)
+        ground, crank = add_mechanism(self._mbs, mechanism)
         self._drive = self._mbs.AddObject(
             CoordinateSpringDamperExt(
-                markerNumbers=[self._ground, add_marker(self._mbs, crank_node, 2)],
+                markerNumbers=[ground, crank],
                 stiffness=mechanism.proportional,
                 damping=mechanism.differential,
             )
@@ -160,54 +157,67 @@ class SliderCrankPlant:
         plant = Plant(container, self._mbs, step, substeps, "generalized_alpha")
         self.plant = DrivenPlant(plant, mechanism.step, 1, self._set_drive)
 
-    def _add_crank(self) -> tuple[Any, Any]:
-        """Add the crank on its pivot, and return its node and the marker of its tip."""
-        mbs, half = self._mbs, 0.5 * CRANK_LENGTH
-        self._ground = add_marker(self._mbs, mbs.AddNode(NodePointGround()), 0)
-        node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[half, 0.0, 0.0]))
-        inertia = CRANK_MASS * CRANK_LENGTH**2 / 12.0
-        body = mbs.AddObject(RigidBody2D(nodeNumber=node, mass=CRANK_MASS, inertia=inertia))
-        pivot, tip = (
-            mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0.0, 0.0]))
-            for x in (-half, half)
-        )
-        origin = MarkerBodyPosition(bodyNumber=mbs.AddObject(ObjectGround()))
-        self._join(mbs.AddMarker(origin), pivot)
-        return node, tip
-
-    def _add_rod(self, mechanism: Mechanism) -> list[Any]:
-        """Add the rod's cable elements, and return their nodes."""
-        length = ROD_LENGTH / mechanism.elements
-        nodes = [
-            self._mbs.AddNode(
-                NodePoint2DSlope1(referenceCoordinates=[CRANK_LENGTH + k * length, 0.0, 1.0, 0.0])
-            )
-            for k in range(mechanism.elements + 1)
-        ]
-        for k in range(mechanism.elements):
-            element = Cable2D(
-                nodeNumbers=nodes[k : k + 2],
-                length=length,
-                massPerLength=ROD_MASS / ROD_LENGTH,
-                bendingStiffness=mechanism.bending_stiffness,
-                bendingDamping=BENDING_DELAY * mechanism.bending_stiffness,
-                axialStiffness=AXIAL_STIFFNESS,
-                axialDamping=AXIAL_DELAY * AXIAL_STIFFNESS,
-            )
-            self._mbs.AddObject(element)
-        return nodes
-
-    def _add_slider(self, rod_end: Any, mass: float) -> None:
-        """Add the slider at the end of the rod, guided along x."""
-        slider = add_mass(self._mbs, mass, CRANK_LENGTH + ROD_LENGTH)
-        along, across = (add_marker(self._mbs, rod_end, axis) for axis in (0, 1))
-        for pair in ([slider, along], [self._ground, across]):
-            self._mbs.AddObject(CoordinateConstraint(markerNumbers=pair))
-
-    def _join(self, first: Any, second: Any) -> None:
-        self._mbs.AddObject(RevoluteJoint2D(markerNumbers=[first, second]))
-
     def _set_drive(self, angles: list[float], speeds: list[float]) -> None:
         """Let the drive pull the crank to a desired angle in rad and speed in rad/s."""
         self._mbs.SetObjectParameter(self._drive, "offset", angles[0])
         self._mbs.SetObjectParameter(self._drive, "velocityOffset", speeds[0])
+
+
+def add_mechanism(mbs: Any, mechanism: Mechanism) -> tuple[Any, Any]:
+    """Add crank, rod and slider, and return the markers of the ground and of the crank's angle."""
+    ground, node, tip = _add_crank(mbs)
+    rod = _add_rod(mbs, mechanism)
+    _join(mbs, tip, mbs.AddMarker(MarkerNodePosition(nodeNumber=rod[0])))
+    _add_slider(mbs, ground, rod[-1], mechanism.slider_mass)
+    return ground, add_marker(mbs, node, 2)
+
+
+def _add_crank(mbs: Any) -> tuple[Any, Any, Any]:
+    """Add the crank on its pivot; return the marker of the ground, its node, its tip's marker."""
+    half = 0.5 * CRANK_LENGTH
+    ground = add_marker(mbs, mbs.AddNode(NodePointGround()), 0)
+    node = mbs.AddNode(NodeRigidBody2D(referenceCoordinates=[half, 0.0, 0.0]))
+    inertia = CRANK_MASS * CRANK_LENGTH**2 / 12.0
+    body = mbs.AddObject(RigidBody2D(nodeNumber=node, mass=CRANK_MASS, inertia=inertia))
+    pivot, tip = (
+        mbs.AddMarker(MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0.0, 0.0]))
+        for x in (-half, half)
+    )
+    origin = MarkerBodyPosition(bodyNumber=mbs.AddObject(ObjectGround()))
+    _join(mbs, mbs.AddMarker(origin), pivot)
+    return ground, node, tip
+
+
+def _add_rod(mbs: Any, mechanism: Mechanism) -> list[Any]:
+    """Add the rod's cable elements, and return their nodes."""
+    length = ROD_LENGTH / mechanism.elements
+    nodes = [
+        mbs.AddNode(
+            NodePoint2DSlope1(referenceCoordinates=[CRANK_LENGTH + k * length, 0.0, 1.0, 0.0])
+        )
+        for k in range(mechanism.elements + 1)
+    ]
+    for k in range(mechanism.elements):
+        element = Cable2D(
+            nodeNumbers=nodes[k : k + 2],
+            length=length,
+            massPerLength=ROD_MASS / ROD_LENGTH,
+            bendingStiffness=mechanism.bending_stiffness,
+            bendingDamping=BENDING_DELAY * mechanism.bending_stiffness,
+            axialStiffness=AXIAL_STIFFNESS,
+            axialDamping=AXIAL_DELAY * AXIAL_STIFFNESS,
+        )
+        mbs.AddObject(element)
+    return nodes
+
+
+def _add_slider(mbs: Any, ground: Any, rod_end: Any, mass: float) -> None:
+    """Add the slider at the end of the rod, guided along x."""
+    slider = add_mass(mbs, mass, CRANK_LENGTH + ROD_LENGTH)
+    along, across = (add_marker(mbs, rod_end, axis) for axis in (0, 1))
+    for pair in ([slider, along], [ground, across]):
+        mbs.AddObject(CoordinateConstraint(markerNumbers=pair))
+
+
+def _join(mbs: Any, first: Any, second: Any) -> None:
+    mbs.AddObject(RevoluteJoint2D(markerNumbers=[first, second]))

@@ -1,0 +1,1 @@
+"""A flexible boom turns about its foot; a hydraulic cylinder lifts it."""

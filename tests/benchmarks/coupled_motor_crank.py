@@ -1,0 +1,19 @@
+"""Coupled runs of a motor and a flexible slider-crank, cut at the motor's shaft.
+
+The surrogate's recipe needs a few CPU-minutes:
+
+    slide-fmu run tests/own_models/systems/coupled_crank.toml
+    PYTHONPATH=. python tests/benchmarks/coupled_motor_crank.py \\
+        --surrogate runs/coupled_crank/coupled_crank.fmu --json -
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from tests.benchmarks.coupled_systems import measure, parser_of
+from tests.benchmarks.figures_out import measure_and_write
+from tests.own_models.systems.motor_crank import MOTOR_CRANK
+
+if __name__ == "__main__":
+    measure_and_write(parser_of(__doc__), partial(measure, MOTOR_CRANK))

@@ -1,0 +1,160 @@
+"""What coupled runs of machines that were cut in two are measured by.
+
+Errors are RMS errors of the partner's responses against the whole machine in one model, relative
+to the RMS about the mean. The energy that a coupling adds is the work of the partner less the work
+that the same motion does on the exact half, as a part of the energy that passed the cut: with a
+surrogate it contains the surrogate's own error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import CoSimulationError
+from tests.own_models.systems.cut_machine import CutMachine, Partner, relative_error
+
+METHODS: dict[str, dict[str, str]] = {
+    "newton": {"method": "newton"},
+    "gauss_seidel": {"method": "gauss_seidel"},
+}
+FIRST, FACTOR, TIMES = 0.0003, 2**0.25, (1, 2, 5, 10, 20, 50, 100)
+"""Explicit steps grow from the first one in s by this factor; implicit ones are tried at these
+multiples of the longest stable explicit step."""
+FREE_STEPS, REST = 60, 3.0
+"""A partner that was let go must come to rest within this number of steps, and this time in s."""
+SEED = 9000
+"""Seed of the first partner's command; no training draws commands."""
+REPEATS = 2
+STEPS = 200
+"""Steps of the runs whose CPU time is measured."""
+
+
+def accuracy(
+    machine: CutMachine, folder: Path, half: Path | None, stop: float, seed: int, partner: Partner
+) -> dict[str, Any]:
+    """Return errors, iterations and the energy that was added, of both methods."""
+    step = machine.step
+    command = machine.drive(partner, seed, stop)
+    true = machine.whole(partner, command, step, stop)
+    found: dict[str, Any] = {}
+    for name, how in METHODS.items():
+        try:
+            run = machine.run(folder, half, partner, command, step, stop, **how)
+        except CoSimulationError as error:
+            found[name] = {"failed": str(error)}
+            continue
+        third = len(run.time) // 3
+        parts = {
+            "all": slice(None),
+            "first third": slice(third),
+            "last third": slice(-third, None),
+        }
+        errors = {
+            response: {
+                part: rms_error(run[f"partner.{response}"][where], values[where], values)
+                for part, where in parts.items()
+            }
+            for response, values in true.items()
+        }
+        figures = run.figures
+        found[name] = {"errors": errors, "iterations": figures.iterations}
+        found[name]["most iterations"] = figures.most_iterations
+        if name == "newton":
+            added = run["partner.work"][-1] - machine.work(run, step)
+            found[name]["energy added"] = float(added / run["partner.exchanged"][-1])
+    return found
+
+
+def rms_error(found: FloatArray, true: FloatArray, whole: FloatArray) -> float:
+    """Return the RMS error of a part of a run, relative to the RMS about the mean of the whole."""
+    return relative_error(found, true) * float(true.std() / whole.std())
+
+
+def is_stable(machine: CutMachine, folder: Path, half: Path | None, step: float, how: Any) -> bool:
+    """Return whether a partner that is let go comes to rest."""
+    partner, response, begun = machine.free
+    count = max(FREE_STEPS, math.ceil(REST / step))
+    nodes = 1 if how["method"] != "newton" else 4
+    try:
+        run = machine.run(folder, half, partner, 0.0, step, count * step, nodes, **how)
+    except CoSimulationError:
+        return False
+    last = np.abs(run[f"partner.{response}"][-count // 4 :])
+    return bool(last.max() < 0.5 * begun)
+
+
+def stability(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, Any]:
+    """Return the longest stable explicit step in s, and how far the implicit method goes."""
+    step, how = FIRST, METHODS["gauss_seidel"]
+    if not is_stable(machine, folder, half, step, how):
+        return {"unstable_s": step}
+    while is_stable(machine, folder, half, step * FACTOR, how):
+        step *= FACTOR
+    stable = [n for n in TIMES if is_stable(machine, folder, half, n * step, METHODS["newton"])]
+    return {"gauss_seidel_s": step, "newton, stable at these multiples": stable}
+
+
+def cost(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, float]:
+    """Return CPU times of a step in s at the machine's step, without the begin of a run."""
+    partner, command = next(iter(machine.partners.values())), 0.0
+
+    def cpu_time(steps: int, how: Any) -> float:
+        before = time.process_time()
+        stop = steps * machine.step
+        machine.run(folder, half, partner, command, machine.step, stop, **how)
+        return time.process_time() - before
+
+    found = {
+        name: (
+            min(cpu_time(STEPS, how) for _ in range(REPEATS))
+            - min(cpu_time(4, how) for _ in range(REPEATS))
+        )
+        / (STEPS - 4)
+        for name, how in METHODS.items()
+    }
+    return {**found, "newton over gauss_seidel": found["newton"] / found["gauss_seidel"]}
+
+
+def measure(machine: CutMachine, arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
+    """Measure all figures of a machine, with exact halves and with a surrogate."""
+    halves = {"exact halves": None}
+    if arguments.surrogate is not None:
+        halves["surrogate"] = arguments.surrogate
+    found: dict[str, Any] = {"duration_s": arguments.stop, "step_s": machine.step}
+    work = [(kind, name) for kind in halves for name in machine.partners]
+    progress = bar("coupled")
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for number, (kind, name) in enumerate(work):
+            progress(number, len(work))
+            seed = SEED + list(machine.partners).index(name)
+            found.setdefault(kind, {})[name] = accuracy(
+                machine, folder, halves[kind], arguments.stop, seed, machine.partners[name]
+            )
+        for kind, half in halves.items() if arguments.steps else []:
+            found[kind]["stable steps"] = stability(machine, folder, half)
+            found[kind]["seconds of a step"] = cost(machine, folder, half)
+        progress(len(work), len(work))
+    return found
+
+
+def parser_of(text: str | None) -> argparse.ArgumentParser:
+    """Return the command line of a benchmark of a machine."""
+    parser = argparse.ArgumentParser(
+        description=text, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--surrogate", type=Path, help="FMU in the place of the exact half")
+    parser.add_argument("--stop", type=float, default=60.0, help="duration of a run in s")
+    parser.add_argument(
+        "--no-steps", dest="steps", action="store_false", help="no stable steps and no CPU times"
+    )
+    return parser

@@ -78,3 +78,5 @@ def test_sentence_names_signals_partner_and_frequency() -> None:
     ]
     (section,) = loop_sections([one])
     assert section.text.endswith(loop_sentences([one])[0])
+    assert section.table is not None
+    assert section.table.rows == (("force", "body", "a mass of 300 kg", "1.4 %", "1.2 Hz"),)

@@ -12,6 +12,8 @@ It takes about ten CPU-minutes. ``--folder FOLDER`` keeps trajectories, training
 from __future__ import annotations
 
 import argparse
+import math
+import statistics
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -62,13 +64,18 @@ def learnt(recipe: Path, seed: int, bar: Stages) -> Path:
 
 def error_of(
     halves: dict[str, Path], mass: float, step: float, truth: FloatArray, stop: float
-) -> Any:
-    """Return the relative error of a ride; None where it has grown without bound."""
+) -> float:
+    """Return the relative error of a ride; infinity where it has grown without bound."""
     try:
         run = ride(halves, mass, step, stop, **METHODS["newton"])
     except CoSimulationError:
-        return None
+        return math.inf
     return relative_error(np.interp(road(stop)[0], run.time, run["upper.position"]), truth)
+
+
+def spread_of(errors: list[float]) -> dict[str, Any]:
+    """Return errors with their median and the largest one."""
+    return {"median": statistics.median(errors), "largest": max(errors), "all": errors}
 
 
 def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
@@ -88,10 +95,12 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
         truth = whole(mass, *road(arguments.stop))
         found[f"{mass:g} kg"] = {
             f"{1e3 * step:g} ms": {
-                name: [
-                    error_of({**halves, "lower": fmu}, mass, step, truth, arguments.stop)
-                    for fmu in fmus[name]
-                ]
+                name: spread_of(
+                    [
+                        error_of({**halves, "lower": fmu}, mass, step, truth, arguments.stop)
+                        for fmu in fmus[name]
+                    ]
+                )
                 for name in VARIANTS
             }
             for step in STEPS

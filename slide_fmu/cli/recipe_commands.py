@@ -126,6 +126,16 @@ def init(
             "URDF next to the model, if there is only one and it fits.",
         ),
     ] = None,
+    loops: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--loop",
+            metavar="OUTPUT:INPUT",
+            help="An output that decides an input through another part, such as the force on a "
+            "body and its position; repeat it for each one. Motions in such loops are learnt "
+            "too.",
+        ),
+    ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
@@ -144,8 +154,9 @@ def init(
         folder = output.parent if output is not None else Path()
         further = tuple(models[1:])
         wish = Wish(
-            models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time
-        )
+            models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time,
+            tuple(loops or ()),
+        )  # fmt: skip
         proposal = propose_unsimulated(wish)
         if proposal is None:
             written = write_template(_only(models, time), kind)

@@ -25,6 +25,7 @@ from slide_fmu.propose.draft_signals import (
 )
 from slide_fmu.propose.first_look import FirstLook, Looking, MakeTables, look
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
+from slide_fmu.propose.proposed_loops import proposed_loops
 from slide_fmu.propose.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.recipe import RecipeError
@@ -68,6 +69,7 @@ class Wish:
             held; None if they move smoothly.
         further: further models, of a kind that may have several.
         time: column of times, for files that have one.
+        loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
     """
 
     model: str
@@ -82,6 +84,7 @@ class Wish:
     fmu_step: float | None = None
     further: tuple[str, ...] = ()
     time: str | None = None
+    loops: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -162,10 +165,11 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     begun = _begin(wish)
     seen = _look(begun, wish, progress)
     outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
-    draft = _draft(wish, begun, seen, outputs)
+    draft = _with_loops(wish.loops, begun, _draft(wish, begun, seen, outputs))
     on_chain = [] if begun.chain.remark is None else [begun.chain.remark]
     before = (*begun.found.remarks, *_on_inputs(begun, draft), *on_chain)
-    remarks = (*before, *seen.remarks, *left_out)
+    of_loops = (text for loop in draft.loops for text in loop.warnings)
+    remarks = (*before, *seen.remarks, *left_out, *of_loops)
     return Proposal(recipe_text(draft), draft, remarks)
 
 
@@ -259,6 +263,17 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         substeps=_substeps(begun, step, fmu_step),
         fmu_step=fmu_step,
     )
+
+
+def _with_loops(pairs: tuple[str, ...], begun: _Begun, draft: ModelDraft) -> ModelDraft:
+    """Return the contents with loops around the system, which is simulated for them."""
+    if not pairs:
+        return draft
+    parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
+    made, model = replace(begun.specification, parameters=parameters), begun.found
+    named = model.model, model.kind
+    loops = guarded(begun.system, named, proposed_loops, pairs, made, draft.step)
+    return replace(draft, loops=tuple(loops))
 
 
 def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, str, float | None]:

@@ -53,6 +53,21 @@ class Draft:
 
 
 @dataclass(frozen=True)
+class DraftLoop:
+    """A DraftLoop is a table ``[[loop]]`` with its comments, the last ones of which are warnings.
+
+    Attributes:
+        table: keys and values.
+        comments: a paragraph each.
+        warnings: sentences for people.
+    """
+
+    table: dict[str, Any]
+    comments: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class ModelDraft(Draft):
     """A ModelDraft holds the contents of a first recipe of a model.
 
@@ -65,6 +80,7 @@ class ModelDraft(Draft):
         chain: path of the URDF of the serial chain whose joints' set points the inputs are.
         substeps: parts of a sample step in which moving inputs bend.
         fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
+        loops: loops in which motions are drawn.
     """
 
     found: Declared
@@ -74,6 +90,7 @@ class ModelDraft(Draft):
     chain: str | None = None
     substeps: int = 1
     fmu_step: float | None = None
+    loops: tuple[DraftLoop, ...] = ()
 
 
 def recipe_text(draft: ModelDraft) -> str:
@@ -103,6 +120,7 @@ def recipe_text(draft: ModelDraft) -> str:
         "",
         *_substep_lines(draft.substeps),
         *_excitation_lines(draft),
+        *(line for loop in draft.loops for line in _loop_lines(loop)),
         *_bound_lines(draft.step),
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
     ]
@@ -281,6 +299,12 @@ def _excitation_lines(draft: ModelDraft) -> list[str]:
         lines += [f"{key} = {value_text(value)}" for key, value in table.items()]
         lines.append("")
     return lines
+
+
+def _loop_lines(loop: DraftLoop) -> list[str]:
+    comments = [line for text in (*loop.comments, *loop.warnings) for line in comment_lines(text)]
+    keys = [f"{key} = {value_text(value)}" for key, value in loop.table.items()]
+    return [*comments, "[[loop]]", *keys, ""]
 
 
 def comment_lines(text: str) -> list[str]:

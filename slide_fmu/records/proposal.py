@@ -51,7 +51,12 @@ def propose_wish(wish: Wish) -> Proposal | None:
     models = wish.model, *wish.further
     if wish.kind != KIND and (wish.kind is not None or not all(map(recognises, models))):
         return None
-    given = {"hold": wish.hold, "fmu-step": wish.fmu_step, "chain": wish.chain}
+    given: dict[str, object] = {
+        "hold": wish.hold,
+        "fmu-step": wish.fmu_step,
+        "chain": wish.chain,
+        "loop": " ".join(wish.loops) or None,
+    }
     for name, value in given.items():
         if value is not None:
             raise ValueError(

@@ -1,12 +1,21 @@
-"""This module makes the sections of a report on the plain call and on constant inputs."""
+"""This module makes the sections of a report on plain calls, constant inputs, and loops."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from slide_fmu.core.measures import percent
 from slide_fmu.report.error_tables import box_table, plain_call_table
 from slide_fmu.report.html_report import ReportSection
+from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.box import TEXT as BOX_TEXT
-from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures
+from slide_fmu.validation.error_figures import BoxFigures, LoopFigures, PlainCallFigures
 from slide_fmu.validation.plain_call import TEXT
+
+LOOPS = (
+    "Where the output decides the input, an error goes round the loop. The surrogate's slopes and "
+    "the partner say how much larger it becomes, at the frequency where it becomes largest."
+)
 
 
 def plain_call_sections(found: PlainCallFigures | None) -> list[ReportSection]:
@@ -35,3 +44,27 @@ def box_text(found: BoxFigures) -> str:
     return BOX_TEXT + "".join(
         f" The reference could not be simulated at {text}." for text in failed
     )
+
+
+def loop_sections(found: Sequence[LoopFigures]) -> list[ReportSection]:
+    """Return the section on errors round loops, where the recipe has some."""
+    if not found:
+        return []
+    worst = max(found, key=lambda one: one.gain)
+    heading = "output", "input", "partner", "an error of 1 % becomes", "at a frequency of"
+    rows = ((o.output, o.input, o.partner, _becomes(o), f"{o.hz:.2g} Hz") for o in found)
+    text = " ".join([LOOPS, *loop_sentences([worst])])
+    return [ReportSection("Errors round the loop", text, ReportTable.of(heading, rows))]
+
+
+def loop_sentences(found: Sequence[LoopFigures]) -> list[str]:
+    """Say what becomes of an error of 1 % in loops, a sentence for each partner."""
+    return [
+        f"An error of 1 % at {one.output} becomes {_becomes(one)} at {one.input} with "
+        f"{one.partner} (at {one.hz:.2g} Hz)."
+        for one in found
+    ]
+
+
+def _becomes(found: LoopFigures) -> str:
+    return percent(float(f"{0.01 * found.gain:.2g}"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from slide_fmu.core.measures import percent
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.importer_sections import loop_sentences
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -88,6 +89,7 @@ def _measured_limits(measured: RunFigures) -> list[str]:
             "Whether it forgets its past and stays bounded was not tested at more than "
             f"{largest:g} times the trained amplitude."
         )
+    found += loop_sentences(measured.loops)
     if measured.adversarial is not None:
         found.append(search_sentence(measured.adversarial))
     remarks = [*(measured.record_remarks or ()), *filter(None, [measured.remark])]

@@ -16,7 +16,7 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import about_parameters
 from slide_fmu.report.error_tables import box_table, parameter_table, plain_call_table
-from slide_fmu.report.importer_sections import box_text, whole
+from slide_fmu.report.importer_sections import box_text, loop_sentences, whole
 from slide_fmu.report.limits import meaning_of, useless_beyond
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.table import ReportTable, markdown
@@ -103,6 +103,7 @@ def model_card(
         harm_table=harm_table(named),
         harm_columns=HARM,
         search="" if measured.adversarial is None else search_sentence(measured.adversarial),
+        loops=loop_sentences(measured.loops),
         noise_origin=rules.origin_of_noise(recipe),
         useless=useless_beyond(measured),
         picture=picture,

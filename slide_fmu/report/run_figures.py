@@ -15,6 +15,7 @@ from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.stability import StabilityFigures
 from slide_fmu.validation.error_figures import (
     BoxFigures,
+    LoopFigures,
     PlainCallFigures,
     ResponseFigures,
     ValidationFigures,
@@ -40,6 +41,7 @@ class RunFigures:
         remark: remarks on training and error.
         record_remarks: remarks on records.
         plain_call, box, adversarial: further measurements in range.
+        loops: how errors grow in the loops of the recipe.
     """
 
     name: str
@@ -58,6 +60,7 @@ class RunFigures:
     plain_call: PlainCallFigures | None = optional()
     box: BoxFigures | None = optional()
     adversarial: SearchFigures | None = optional()
+    loops: tuple[LoopFigures, ...] = optional(())
 
     def dump(self) -> Any:
         """Return the figures as plain values; figures of an unknown training are left out."""

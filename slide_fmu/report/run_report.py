@@ -13,7 +13,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
 from slide_fmu.report.html_report import Report, ReportSection, folded, remark_sections
-from slide_fmu.report.importer_sections import box_sections, plain_call_sections
+from slide_fmu.report.importer_sections import box_sections, loop_sections, plain_call_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import search_sections
@@ -24,6 +24,7 @@ from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, ResponseFigures
+from slide_fmu.validation.loop_gain import loop_figures
 from slide_fmu.validation.response import is_affine
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import IN_RANGE
@@ -90,6 +91,7 @@ def run_figures(
         plain_call=found.plain_call,
         box=found.box,
         adversarial=found.search,
+        loops=loop_figures(case.recipe, surrogate, found.validations[IN_RANGE].comparisons),
     )
     in_range = found.validations[IN_RANGE]
     figures = replace(figures, record_remarks=remarks_on_data(source, in_range))
@@ -185,6 +187,7 @@ def _sections(
         details += search_sections(figures.adversarial, found.attacks, found.tried, surrogate)
     return [
         *accuracy_sections.validation_sections(found.validations),
+        *loop_sections(figures.loops),
         *remark_sections(figures.record_remarks or ()),
         *folded(details),
     ]

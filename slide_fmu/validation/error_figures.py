@@ -55,6 +55,25 @@ class OutputFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LoopFigures:
+    """These say how much larger an output's error becomes at an input, round a loop.
+
+    Attributes:
+        output, input: names of the signals.
+        partner: the partner, in words.
+        gain: relative error at the input over the relative error at the output, where it is
+            largest.
+        hz: frequency in Hz at which it is so large.
+    """
+
+    output: str
+    input: str
+    partner: str
+    gain: float
+    hz: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class KindFigures:
     """These are the relative RMSEs on one kind of excitation, or one file, one per output."""
 

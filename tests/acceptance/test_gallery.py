@@ -40,6 +40,7 @@ LIMITS = {
         "GRU": 10.0,  # a slow machine takes fewer steps within its time
         "feed-forward network": 35.0,
     },
+    "9_two_halves": {"newton": 9.0, "gauss_seidel": 300.0},
 }
 """Largest errors in % that a tutorial may print: about twice those that its page shows."""
 
@@ -89,6 +90,7 @@ NEEDS = {
         pytest.mark.skipif(find_spec("sysidentpy") is None, reason="no extra compare"),
     ],
     "5_chosen_motion": [needs_app("motion")],
+    "9_two_halves": [needs_app("couple"), needs_app("reference")],
 }
 """Marks of tutorials that an app or an extra is needed for."""
 

@@ -57,10 +57,8 @@ class Loop:
     solved: list[tuple[FloatArray, float]] = field(default_factory=list)
     last_change: FloatArray = field(default_factory=lambda: np.zeros(0))
 
-    @property
-    def discrete(self) -> NDArray[np.bool_]:
-        """Whether each link comes from a discrete output, which is constant over a step."""
-        return np.asarray(self.mix.start == 1.0)
+    def __post_init__(self) -> None:
+        self.discrete = self.mix.start == 1.0  # sources that are constant over a step
 
     def values(self, outputs: FloatArray) -> FloatArray:
         """Return the values that the links carry, (n_links,)."""

@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
@@ -24,6 +23,9 @@ TRIES, SMALLER = 5, 0.5
 one are this many times as large."""
 SMALL = 0.01
 """A step that shows what the system answers at once, as a part of half the range of the input."""
+HOLDS = 1e-3
+"""A system and a partner that answer less at rest than this part of the answer at once hold no
+outer force."""
 SECANTS = 4
 """Largest number of steps by which the common state of rest is looked for."""
 
@@ -118,8 +120,7 @@ class ClosedLoop:
         """
         outer = self._at.input_unit * (inputs[:, self._at.input] - self._middles[self._at.input])
         if self._at.force_out:
-            stiffness = abs(self._gains.lasting) + partner.stiffness
-            outer *= stiffness or partner.mass / (len(outer) * self._system.step) ** 2
+            outer = self._outer_force(outer, partner)
         follow = self._follow_mass if self._at.force_out else self._follow_spring
         motion = _Motion(self._start(inputs[0], outer[0], partner, half))
         self._write(inputs[0], motion.input)
@@ -135,6 +136,22 @@ class ClosedLoop:
             motion.change, motion.input = value - motion.input, value
             motion.speed += finish * 0.5 * (motion.output + before)
         return None
+
+    def _outer_force(self, outer: FloatArray, partner: Partner) -> FloatArray:
+        """Return the outer force in N that moves a partner about as far as drawn, both (N,)."""
+        gains, step = self._gains, self._system.step
+        stiffness = abs(gains.lasting) + partner.stiffness
+        if stiffness > HOLDS * abs(gains.first):
+            return outer * stiffness
+        # nothing holds it: find how far it goes where dampers alone act
+        kept = 1.0 / (1.0 + step * (partner.damping + abs(gains.first) * step) / partner.mass)
+        force = outer - outer[0]
+        speed = place = farthest = 0.0
+        for value in force:
+            speed = kept * (speed + step / partner.mass * value)
+            place += step * speed
+            farthest = max(farthest, abs(place))
+        return np.asarray(force * (np.abs(outer).max() / farthest if farthest else 1.0))
 
     def _follow_mass(
         self, motion: _Motion, partner: Partner, outer: float, next_outer: float
@@ -278,5 +295,7 @@ def smooth(values: FloatArray, parts: int) -> FloatArray:
     """Return values (N,) at finer moments, (parts * N,), on a cubic spline through the samples."""
     if parts == 1 or len(values) < 2:
         return np.repeat(values, parts)
+    from scipy.interpolate import CubicSpline  # slow to import
+
     at = _moments(len(values), parts)
     return np.asarray(CubicSpline(np.arange(len(values)), values)(at))

@@ -145,10 +145,41 @@ def test_loops_that_leave_the_range_are_counted_as_failures(tmp_path: Path) -> N
     assert (tmp_path / "failures" / f"{failures[0].name}.csv").exists()
 
 
-def test_unstable_loop_that_fails_once_is_drawn_again(tmp_path: Path) -> None:
-    recipe = recipe_of(train=3)
-    generate(case_of(recipe), tmp_path / "data.zarr", None, quiet)
-    assert kept_failures(tmp_path / "data.zarr") == []
+def test_loop_that_fails_once_is_drawn_again_and_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn_inputs, calls = ClosedLoop.inputs, list[int]()
+
+    def fails_once(self: ClosedLoop, *arguments: Any) -> FloatArray:
+        calls.append(1)
+        if len(calls) == 1:
+            raise SimulationError("the loop left its range", 0.5)
+        return drawn_inputs(self, *arguments)
+
+    monkeypatch.setattr(ClosedLoop, "inputs", fails_once)
+    generate(case_of(recipe_of(train=3)), tmp_path / "data.zarr", None, quiet)
+    (failure,) = kept_failures(tmp_path / "data.zarr")
+    assert (failure.attempt, failure.error) == (0, "the loop left its range")
+    assert len(calls) == 5  # of three trajectories and one for validation
+
+
+def test_damper_without_a_spring_is_moved_through_much_of_its_range() -> None:
+    class Damper(Spring):
+        """It answers to the rate of its place alone."""
+
+        def advance(self, inputs: FloatArray) -> FloatArray:
+            self._rate = (inputs[1] - self._u[1]) / self.step
+            self._u = np.array(inputs)
+            return np.array([-1e-6 * 20.0 * self._rate])  # kN, mm
+
+        def output(self) -> FloatArray:
+            return np.zeros(1)
+
+    slow = 80.0 * np.sin(0.05 * np.arange(400))
+    outer = np.stack([np.zeros(400), slow], axis=1)
+    loop = LoopRecipe(**MOVED)
+    found = ClosedLoop(loop, Damper(STEP)).inputs(outer, Partner(5.0, 0.0, 1.0))[:, 1]
+    assert 10.0 < np.abs(found).max() <= 100.0
 
 
 @pytest.mark.parametrize(

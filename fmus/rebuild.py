@@ -143,9 +143,14 @@ def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
 
 
 def _learnt(recipe: Recipe, former: bool) -> dict[str, Any]:
-    """Return what a recipe says, but for words and pictures: nothing is learnt by them."""
+    """Return what a recipe says, but for words and pictures: nothing is learnt by them.
+
+    Of the FMU with which a training began, the folder plays no part.
+    """
     values = recipe.model_dump(mode="json", exclude={"description", "equations", "apps"})
     del values["system"]["picture"]
+    if values["training"].get("start"):
+        values["training"]["start"] = Path(values["training"]["start"]).name
     if former:
         del values["bound"]["false_alarms"]
     return values

@@ -19,12 +19,11 @@ import whole_car
 
 # %%
 # The lower half sees the road and the body, and answers with a force: it need not integrate a mass
-# ([where to cut](../../coupled.md)). Its recipe names the model, its motions and small sizes.
+# ([where to cut](../../coupled.md)).
 learnt = slide.run("docs/tutorials/lower_half.toml")
 
 # %%
-# The upper half is a body of 25 kg. Its model has a dozen lines, and `slide-fmu reference` writes
-# the model itself as an FMU.
+# The upper half is a body of 25 kg. `slide-fmu reference` writes its model itself as an FMU.
 upper = "runs/upper_half.fmu"
 command = ["slide_fmu", "reference", "docs/tutorials/upper_half.toml", "-o", upper]
 subprocess.run([sys.executable, "-m", *command], check=True, capture_output=True)

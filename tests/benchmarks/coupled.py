@@ -10,8 +10,9 @@ the lower half, as a part of the energy that passed between them.
 A surrogate may take the place of the lower half. Its recipe needs about two CPU-minutes, and five
 with an error bound; then the share of samples is printed at which the bound holds in the loop:
 
-    slide-fmu run tests/own_models/halves/lower_half.toml
-    PYTHONPATH=. python tests/benchmarks/coupled.py --surrogate runs/lower_half/lower_half.fmu
+    slide-fmu run tests/own_models/halves/lower_half_bounded.toml
+    PYTHONPATH=. python tests/benchmarks/coupled.py \\
+        --surrogate runs/lower_half_bounded/lower_half_bounded.fmu
 """
 
 from __future__ import annotations

@@ -72,7 +72,8 @@ def test_browser_finds_what_the_command_finds(
 def test_moves_that_leave_the_domain_are_no_answer_so_slower_ones_are_tried(
     chromium: Browser, tmp_path: Path
 ) -> None:
-    fmu = FMUS / "slider_crank" / "slider_crank.fmu"
+    """The FMU is the slider-crank with which the training of the payload begins."""
+    fmu = FMUS.parent / "training" / "starts" / "slider_crank.fmu"
     chromium.open(write_page(fmu, tmp_path / "bounded.html"), "#inputs=0")
     _click(chromium, "way-moves")
     chromium.until(f"{VERDICT} !== ''")

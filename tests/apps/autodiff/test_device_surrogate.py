@@ -43,7 +43,7 @@ def test_records_on_a_device_have_the_outputs_of_the_runtime(name: str, device: 
     found = slide.device_surrogate(surrogate, device).predict(records)
     expected = NativeSurrogate(surrogate).predict(records)
     error = np.abs(found - expected) / surrogate.output_scaling.scale
-    assert np.max(error) < 2e-5  # both in single precision, summed in other orders
+    assert np.max(error) < 4e-5  # both in single precision, summed in other orders
 
 
 def test_records_do_not_depend_on_the_blocks_that_they_run_in(

@@ -35,7 +35,7 @@ def main() -> None:
     angle = 4 * t + 0.8 * np.sin(2.5 * t) + 0.6 * np.sin(0.9 * t)
     u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     figure, (upper, lower) = plt.subplots(2, figsize=(6.4, 6), layout="constrained")
-    errors, kept = [], slice(open_mass.window.n_in, None)
+    errors, kept = [], slice(max(open_mass.window.n_in, fixed.window.n_in), None)
     colours = iter((theme.BLUE, theme.ORANGE, theme.RED))
     for mass in MASSES:
         true = SliderCrank(step=STEP, slider_mass=mass).simulate(u)[1:, 0]

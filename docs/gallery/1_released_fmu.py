@@ -31,14 +31,14 @@ def report(name, found, true):
 # %%
 # The crank of the slider-crank moves within each step. The plain call does not say how, so the
 # FMU predicts it. `slide.simulate` knows the whole motion, and gives the FMU each value at the end
-# of its step ([more](../../use_an_fmu.md)). Errors count once the window of 128 samples is filled.
-t, fmu = 0.03125 * np.arange(400), "fmus/slider_crank/slider_crank.fmu"
+# of its step ([more](../../use_an_fmu.md)). Errors count once the window of 208 samples is filled.
+t, fmu = 0.03125 * np.arange(600), "fmus/slider_crank/slider_crank.fmu"
 angle = 4 * t + 0.8 * np.sin(2.5 * t)
 u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-true = SliderCrank(step=0.03125, elements=10, substeps=20).simulate(u[1:])[128:, 0]
+true = SliderCrank(step=0.03125, elements=10, substeps=20).simulate(u[1:])[208:, 0]
 found = plain(fmu, t, u, ["director_x", "director_y"], ["deflection"])["deflection"]
-report("slider_crank, plain", found[128:], true)
-report("slider_crank, simulate", slide.simulate(fmu, t, u)[128:, 0], true)
+report("slider_crank, plain", found[208:], true)
+report("slider_crank, simulate", slide.simulate(fmu, t, u)[208:, 0], true)
 
 # %%
 # A random force on the Duffing oscillator is held over each step, so nothing is predicted. In the

@@ -23,6 +23,9 @@ from slide_fmu.systems.specification import Specification
 
 SAMPLES = 400
 """Length of the answer to a small step, in samples."""
+LEAST = 1e-6
+"""Least change of an output when its input goes through its range, as a share of its own."""
+
 SMALL = 0.01
 """The step, as a part of half the range of the input."""
 FASTEST, BAND = 16, 6.0
@@ -90,17 +93,18 @@ def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop
             "step by step: give f and g in place of simulate(t, u, p)"
         )
     answer = _answer(system, at)
+    _require_answer(pair, system, at, answer)
     slow, fast = (2 * math.pi / (FASTEST * step * by) for by in (BAND, 1.0))
     partner = _masses(answer, slow, fast) if at.force_out else _springs(answer, slow, fast)
     _require_holding(pair, at, answer)
     loop = LoopRecipe(output=output, input=input, weight=WEIGHT, **partner)
     hertz = f"{slow / (2 * math.pi):.2g} to {fast / (2 * math.pi):.2g} Hz"
+    found = f"The loop has natural frequencies of about {hertz}. " if at.force_out else ""
     return DraftLoop(
         {"output": output, "input": input, "weight": WEIGHT, **partner},
         (
             _causality(output, input, at),
-            f"With these partners, the loop has natural frequencies of about {hertz}: give the "
-            "range of your partners.",
+            f"{found}Give the range of your partners.",
         ),
         _warnings(loop, at, answer, _finer(specification, step, at)),
     )
@@ -163,6 +167,19 @@ def _springs(answer: _Answer, slow: float, fast: float) -> dict[str, tuple[float
 
 def _holds(answer: _Answer, size: float) -> bool:
     return bool(abs(answer.change[-1]) > HOLDS * size)
+
+
+def _require_answer(pair: str, system: System, at: Interface, answer: _Answer) -> None:
+    """Refuse an output that does not follow its input."""
+    ends = system.inputs[at.input], system.outputs[at.output]
+    moved, all_of_it = (signal.high - signal.low for signal in ends)
+    change = np.abs(answer.change).max() * moved * at.input_unit
+    if not change > LEAST * all_of_it * at.output_unit:
+        raise RecipeError(
+            f"--loop {pair}: the output changes by {change:.2g} (SI units) where the input goes "
+            f"through its range; expected at least {LEAST:g} of the output's range: name an "
+            "output that follows the input"
+        )
 
 
 def _require_holding(pair: str, at: Interface, answer: _Answer) -> None:

@@ -58,6 +58,11 @@ def require_loops(recipe: Recipe, system: Source) -> None:
     """
     for index, loop in enumerate(recipe.loop):
         place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[loop]]"
+        if recipe.window.planned:
+            raise RecipeError(
+                f"{place} with window.planned = true; expected false, since the input "
+                f"{loop.input!r} follows from an output and is not known ahead: remove one of them"
+            )
         try:
             loop.interface(system.inputs, system.outputs)
         except ValueError as error:

@@ -26,8 +26,6 @@ FORMER = {
     "*.excitation.noise_share": "is gone: remove it; noise is on all trajectories of its kind",
     "*.excitation.random_start": "is gone: remove it; motions begin within a move",
     "*.excitation.time": "is in columns = { time = COLUMN } now: move it",
-    "system.drive.*": "is one of three lists of system.drive now: write drive = [position, rate, "
-    "acceleration]",
     "stability.growth": "is a constant now: remove it",
     "stability.contraction": "is a constant now: remove it",
     "bound.companion": "is the table [bound.expert.companion] now: rename it",

@@ -26,7 +26,7 @@ class ModelRules(KindRules):
         reference="",
         by_kind="By kind of excitation",
         inputs_seen="The surrogate was trained on these inputs (amplitude as a fraction of the "
-        "range); others it has never seen:",
+        "range):",
         compared_with="the reference system, on trajectories",
         parameters="Every trajectory has values of the physical parameters that no training saw; "
         "one more is at each corner of their ranges, which the figures above do not count.",

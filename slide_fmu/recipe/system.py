@@ -80,6 +80,19 @@ class SystemRecipe(Table):
     def _path_is_short_for_the_table(cls, value: Any) -> Any:
         return {"urdf": value} if isinstance(value, str) else value
 
+    @field_validator("drive", mode="before")
+    @classmethod
+    def _is_a_name_or_three_lists(cls, value: Any) -> Any:
+        lists = isinstance(value, list | tuple) and [
+            len(part) if isinstance(part, list | tuple) else 0 for part in value
+        ]
+        if not isinstance(value, str) and lists != [3, 3, 3]:
+            raise ValueError(
+                "expected the name of a law in quotes, or three lists of three weights: drive = "
+                "[position, rate, acceleration]"
+            )
+        return value
+
     @field_validator("drive")
     @classmethod
     def _is_a_law(cls, value: Drive) -> Drive:

@@ -14,7 +14,8 @@ from slide_fmu.validation.plain_call import TEXT
 
 LOOPS = (
     "Where the output decides the input, an error goes round the loop. The surrogate's slopes and "
-    "the partner say how much larger it becomes, at the frequency where it becomes largest."
+    "the partner say how much larger it becomes, at the frequency where it becomes largest: for "
+    "the smallest, middle and largest values of the partner together."
 )
 
 

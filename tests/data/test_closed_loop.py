@@ -197,3 +197,10 @@ def test_loops_that_do_not_fit_are_refused(
 ) -> None:
     with refused(RecipeError, *words):
         _ = case_of(recipe_of(system, loop)).system
+
+
+def test_loop_of_an_input_that_is_known_ahead_is_refused() -> None:
+    recipe = recipe_of()
+    planned = recipe.window.model_copy(update={"planned": True})
+    with refused(RecipeError, "1st [[loop]] with window.planned = true", "'place'"):
+        _ = case_of(recipe.model_copy(update={"window": planned})).system

@@ -101,6 +101,12 @@ def test_force_that_pushes_on_is_refused(tmp_path: Path) -> None:
         proposed(tmp_path, spring("1000.0 * u[0]"), "force:place")
 
 
+@pytest.mark.parametrize("force", ["3.0", "-1e-9 * u[0]"])
+def test_output_that_does_not_follow_its_input_is_refused(tmp_path: Path, force: str) -> None:
+    with refused(RecipeError, "--loop force:place", "name an output that follows the input"):
+        proposed(tmp_path, spring(force), "force:place")
+
+
 @pytest.mark.parametrize(
     ("loop", "words"),
     [

@@ -95,7 +95,8 @@ def test_weights_of_a_law_may_be_given() -> None:
     [
         ('"spline"', r"system\.drive = 'spline': expected one of \['linear', 'quadratic_b_spl"),
         ("[[1, 0, 0], [1, 0, 0], [1, -2, 1]]", "rests where"),
-        ("[[1, 0, 0]]", r"^mine\.toml: system\.drive"),
+        ("[[1, 0, 0]]", r"^mine\.toml: system\.drive.*three lists of three weights"),
+        ("{ position = [1, 0, 0] }", r"^mine\.toml: system\.drive.*three lists of three weights"),
     ],
 )
 def test_drives_that_are_no_law_are_refused(drive: str, message: str) -> None:

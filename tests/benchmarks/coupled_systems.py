@@ -12,18 +12,20 @@ import argparse
 import math
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
 from tests.benchmarks.coupled_trust import FINER, has_bound, replayed, truth
-from tests.own_models.systems.cut_machine import CutMachine, Partner, relative_error
+from tests.own_models.systems.cut_machine import CutMachine, relative_error
 
 METHODS: dict[str, dict[str, str]] = {
     "newton": {"method": "newton"},
@@ -46,21 +48,13 @@ STEPS = (400, 24)
 
 
 def accuracy(
-    machine: CutMachine,
-    folder: Path,
-    surrogates: Surrogates,
-    stop: float,
-    seed: int,
-    partner: Partner,
+    run_with: Callable[..., Coupled], true: Mapping[str, FloatArray], machine: CutMachine
 ) -> dict[str, Any]:
     """Return errors, iterations and the energy that was added, of both methods."""
-    step = machine.step
-    command = machine.drive(partner, seed, stop)
-    true = machine.whole(partner, command, step, stop)
     found: dict[str, Any] = {}
     for name, how in METHODS.items():
         try:
-            run = machine.run(folder, surrogates, partner, command, step, stop, **how)
+            run = run_with(**how)
         except CoSimulationError as error:
             found[name] = {"failed": str(error)}
             continue
@@ -81,7 +75,7 @@ def accuracy(
         found[name] = {"errors": errors, "iterations": figures.iterations}
         found[name]["most iterations"] = figures.most_iterations
         if name == "newton" and "partner.work" in run.values:
-            added = run["partner.work"][-1] - machine.work(run, step)
+            added = run["partner.work"][-1] - machine.work(run, machine.step)
             found[name]["energy added"] = float(added / run["partner.exchanged"][-1])
     return found
 
@@ -185,22 +179,26 @@ def measure(machine: CutMachine, arguments: argparse.Namespace, bar: Stages) -> 
     """Measure all figures of a machine, with exact halves and with surrogates."""
     kinds = kinds_of(arguments)
     found: dict[str, Any] = {"duration_s": arguments.stop, "step_s": machine.step}
-    work = [(kind, name) for kind in kinds for name in machine.partners]
-    progress = bar("coupled")
+    found |= {kind: {} for kind in kinds}
+    work = [(name, kind) for name in machine.partners for kind in kinds]
+    progress, step, stop = bar("coupled"), machine.step, arguments.stop
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        for number, (kind, name) in enumerate(work):
+        for number, (name, kind) in enumerate(work):
             progress(number, len(work))
-            seed = SEED + list(machine.partners).index(name)
-            found.setdefault(kind, {})[name] = accuracy(
-                machine, folder, kinds[kind], arguments.stop, seed, machine.partners[name]
-            )
+            partner = machine.partners[name]
+            if number % len(kinds) == 0:
+                seed = SEED + number // len(kinds)
+                command = machine.drive(partner, seed, stop)
+                true = machine.whole(partner, command, step, stop)
+            ride = partial(machine.run, folder, kinds[kind], partner, command, step, stop)
+            found[kind][name] = accuracy(ride, true, machine)
         for kind, surrogates in kinds.items() if arguments.steps else []:
             found[kind]["stable steps"] = stability(machine, folder, surrogates)
             found[kind]["seconds of a step"] = cost(machine, folder, surrogates)
         for kind, surrogates in kinds.items():
             if any(map(has_bound, surrogates.values())):
-                found[kind]["bounds"] = bounds(machine, folder, surrogates, arguments.stop)
+                found[kind]["bounds"] = bounds(machine, folder, surrogates, stop)
         progress(len(work), len(work))
     return found
 

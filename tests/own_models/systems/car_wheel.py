@@ -7,10 +7,10 @@ from typing import Any
 
 inputs = {
     "road": {"unit": "m", "range": [-0.05, 0.05]},
-    "force": {"unit": "N", "range": [-5000.0, 5000.0]},
+    "force": {"unit": "N", "range": [-3000.0, 3000.0]},
 }
 outputs = {"wheel": {"unit": "m", "range": [-0.08, 0.08]}}
-parameters = {"mass": 60.0, "tyre": 1.5e5, "tyre3": 1e8, "tyre_damper": 300.0}
+parameters = {"mass": 60.0, "tyre": 1.5e5, "tyre3": 2e7, "tyre_damper": 600.0}
 hold = "first_order"
 start = [0.0, 0.0]
 

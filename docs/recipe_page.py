@@ -6,9 +6,11 @@ Run ``python docs/recipe_page.py`` after a change of these tables; a test compar
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.reference import ITEM, Key, Section, about, sections_of
 
@@ -24,14 +26,17 @@ The message names the nearest known key.
 """
 EXCITATION = """## Excitation
 
-Tables `[[data.excitation]]` give the kinds of input for the training. `[[bound.excitation]]` adds
-kinds for the error bound, and `[[validation.excitation]]` kinds that are only measured. Each table
-has these two keys, and the keys of its kind:
+Tables `[[data.excitation]]` give the kinds of input for the training.
+`[[training.expert.excitation]]` adds kinds to learn from, `[[bound.excitation]]` kinds for the
+error bound, and `[[validation.excitation]]` kinds that are only measured. Each table has these two
+keys, and the keys of its kind:
 
 """
 TABLE = "| key | type | default | meaning |\n| --- | --- | --- | --- |\n"
 SHARED = ("kind", "weight")
 """Keys of every kind of excitation; they stand in one table."""
+FAMILIES = {method: family for family, method in METHODS.items()}
+"""Families of networks by their method of training, which no file names."""
 SHORTER = (
     (r"list of (\d+): (.+?) each", "\\1 \u00d7 \\2"),
     (r"list: (.+?) each", r"list of \1"),
@@ -50,14 +55,14 @@ SHORTER = (
 
 def recipe_page() -> str:
     """Return the page in Markdown: one table of keys for each table of a recipe."""
-    parts, excitation = [HEADING], False
+    parts, excitation, of_kinds = [HEADING], False, dict[str, str]()
     for group in _groups():
         if _is_excitation(group[0]) and not excitation:
             weight = [key for key in group[0].keys if key.name == "weight"]
             kind = Key("kind", "text", "must be given", "Name of the kind; required.")
             parts.append(f"{EXCITATION}{TABLE}{_rows([kind, *weight])}\n")
             excitation = True
-        parts.append(_section_text(group))
+        parts.append(_section_text(group, of_kinds))
     return "\n".join(parts)
 
 
@@ -73,24 +78,42 @@ def _is_excitation(section: Section) -> bool:
     return section.tag is not None and section.tag[0] == "kind"
 
 
-def _section_text(group: list[Section]) -> str:
-    """Return a heading, what the table is, and its keys."""
-    first, hidden = group[0], tuple[str, ...]()
-    names = ", ".join(dict.fromkeys(map(_name, group)))
-    heading = f"## {names}"
+def _section_text(group: list[Section], of_kinds: dict[str, str]) -> str:
+    """Return a heading, what the table is, and its keys.
+
+    ``of_kinds`` names the kind of excitation that has a meaning first; others refer to it.
+    """
+    first, keys = group[0], group[0].keys
+    heading, text = f"## {', '.join(dict.fromkeys(map(_name, group)))}", f"{about(first.table)}\n"
     if _is_excitation(first) and first.tag is not None:
-        heading, hidden = f'### Kind `"{first.tag[1]}"`', SHARED
-    rows = _rows([key for key in first.keys if key.name not in hidden])
-    return f"{heading}\n\n{about(first.table)}\n" + (f"\n{TABLE}{rows}\n" if rows else "")
+        kind = first.tag[1]
+        heading = f'### Kind `"{kind}"`'
+        keys = tuple(_referring(key, kind, of_kinds) for key in keys if key.name not in SHARED)
+    elif not first.place:
+        text = ""  # the page begins with it
+    rows = _rows(keys)
+    parts = (f"{heading}\n", text, f"{TABLE}{rows}\n" if rows else "")
+    return "\n".join(part for part in parts if part)
+
+
+def _referring(key: Key, kind: str, of_kinds: dict[str, str]) -> Key:
+    """Return a key whose meaning stands in the table of the first kind that has it."""
+    first = of_kinds.setdefault(key.meaning, kind)
+    return key if first == kind else replace(key, meaning=f'As for `"{first}"`.')
 
 
 def _name(section: Section) -> str:
     """Return how a table begins in a file, with the key that chooses its form."""
     if not section.place:
         return "Keys before all tables"
-    form = "" if section.tag is None else f' with `{section.tag[0]} = "{section.tag[1]}"`'
-    parts = section.place if section.tag is None else section.place[:-1]
-    name = ".".join(part for part in parts if part != ITEM)
+    family = next((FAMILIES[part] for part in section.place if part in FAMILIES), None)
+    form = ""
+    if family is not None:
+        form = f' for `network.family = "{family}"`'
+    elif section.tag is not None:
+        form = f' with `{section.tag[0]} = "{section.tag[1]}"`'
+    parts = section.place if section.tag is None or family else section.place[:-1]
+    name = ".".join(part for part in parts if part != ITEM and part not in FAMILIES)
     return f"`[[{name}]]`{form}" if ITEM in parts else f"`[{name}]`{form}"
 
 
@@ -101,7 +124,7 @@ def short_type(text: str) -> str:
     return text
 
 
-def _rows(keys: list[Key]) -> str:
+def _rows(keys: Sequence[Key]) -> str:
     """Return a row for each key; a meaning that several keys share stands once."""
     rows = []
     for before, key in zip([None, *keys], keys, strict=False):

@@ -54,9 +54,9 @@ def simulate(
         fmu: file of the FMU, of FMI 2.0 or FMI 3.0.
         t: times in s, rising, shape (N,).
         u: inputs at these times in their units, in the order of the model description, shape
-                (N, n_inputs); (N,) is allowed for one input.
-            parameters: values of the FMU's physical parameters by name, in their units; missing
-                ones have start values.
+            (N, n_inputs); (N,) is allowed for one input.
+        parameters: values of the FMU's physical parameters by name, in their units; missing ones
+            have start values.
 
     Returns:
         Outputs at these times in their units, shape (N, n_outputs).

@@ -29,12 +29,11 @@ CLIPPED = 0.8
 class Recorded(Kind):
     """The inputs come from a file: each trajectory takes a part of it with a random start.
 
-    The file has columns that are separated by commas, with their names in the first line. One
-    column is the time in s, which rises; the others are inputs, in their units. Between its
-    samples an input moves linearly, or holds its last value if it has a zero-order hold. A
-    trajectory longer than the file goes through it forwards, then backwards, so that nothing
-    jumps. Values beyond an input's range are clipped to its ends; ``try`` and ``run`` say how
-    many.
+    The file is CSV, with the names of its columns in the first line. One column is the time in s,
+    which rises; the others are inputs, in their units. Between samples an input moves linearly, or
+    is held if it has a zero-order hold. A trajectory longer than the file goes through it
+    forwards, then backwards, so that nothing jumps. Values beyond an input's range are clipped to
+    its ends; ``try`` and ``run`` say how many.
 
     Attributes:
         path: the file, relative to the current folder or to the folder of the recipe.

@@ -23,8 +23,8 @@ domain took all of them."""
 class CompanionRecipe(Table):
     """The table ``bound.expert.companion`` gives the differences of companion and surrogate.
 
-    A companion that is more accurate than the surrogate shows the errors themselves, and not only
-    their scale, so bounds are narrower. It takes more time where the bound is read.
+    A companion that is more accurate than the surrogate shows the errors themselves, so bounds are
+    narrower. It takes more time where the bound is read.
 
     Attributes:
         hidden: its number of hidden units; as ``network.hidden`` if not given.
@@ -81,21 +81,19 @@ class BoundExpert(Table):
 class BoundRecipe(Table):
     """The table ``bound`` describes the error bound of a state-space network.
 
-    A companion, a second network of the same family, learns from trajectories of its own; a small
-    head learns the local scale of the error from further trajectories; others calibrate both. The
-    numbers of these trajectories are ``data.companion``, ``data.bound`` and ``data.calibration``.
-    With kinds of excitation of its own, the head learns from ``expert.further`` trajectories of
-    these too.
+    A second network of the same family, the companion, learns from ``data.companion`` trajectories
+    of its own. A small head learns the local scale of the error from ``data.bound`` further ones,
+    and ``data.calibration`` others calibrate both. With ``bound.excitation``, the head also learns
+    from ``expert.further`` trajectories of these kinds.
 
     Attributes:
-        false_alarms: share of the samples of the calibration at which ``trusted`` is false, since
-            a bound exceeds its tolerance or since they lie outside of the domain. The domain
-            takes a twentieth of them. In FMUs without ``trusted`` the domain took all.
-        estimate_span: approximate time in s over which the head's expected RMS errors of single
-            samples are combined to an error estimate; without the key there is no estimate,
-            unless there is a table ``estimator``.
-        excitation: further kinds of excitation. Only the head learns from them, and nothing is
-            calibrated by them: so it knows larger errors than the errors in the domain.
+        false_alarms: share of the samples of the calibration at which ``trusted`` is false: a
+            bound exceeds its tolerance, or they lie outside of the domain (a twentieth of them).
+        estimate_span: approximate time in s over which the head's expected RMS errors are combined
+            to an error estimate; without the key there is no estimate, unless there is a table
+            ``estimator``.
+        excitation: further kinds of excitation. Only the head learns from them, so that it knows
+            larger errors than in the domain; nothing is calibrated by them.
         expert: settings for users who know the method.
     """
 

@@ -59,8 +59,8 @@ class EstimatorExpert(Table):
         lags: the samples that a time-invariant network sees at each position, by their age, 0 the
             newest, rising; all that the window holds before its oldest output if not given.
         resolution: errors below this fraction of the output's scale count as equal.
-        amplitude_factor: range of the factor on the excitation of its trajectories; 1 to 3 if not
-            given. Without ``estimator.beyond`` no factor is above 1.
+        amplitude_factor: range of the factor on the excitation of its trajectories. Without
+            ``estimator.beyond`` no factor is above 1.
         in_range: fraction of its trajectories with factor 1.
     """
 
@@ -87,9 +87,9 @@ class EstimatorRecipe(Table):
     A table without ``network`` gets a network and trainings that suit most systems.
 
     Attributes:
-        network: its network; ``time_invariant`` here means the root of the mean square of one
-            network's estimates at the last ``span`` samples, else it estimates directly the error
-            over the output window, from the whole window.
+        network: its network. With ``time_invariant`` it estimates the error at each sample, and
+            the root of the mean square over the last ``span`` samples counts. Otherwise it
+            estimates the error over the output window, from the whole window.
         training: its training on the error over the span.
         span: samples over which the error is estimated, as the root of the mean square; the
             samples of the output window if not given.

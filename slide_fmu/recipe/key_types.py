@@ -75,5 +75,5 @@ def _limits(metadata: list[Any]) -> str:
         for limit in inner:
             for kind, attribute, word in LIMITS:
                 if isinstance(limit, kind):
-                    found.append(f"{word} {getattr(limit, attribute):g}")
+                    found.append(f"{word} {getattr(limit, attribute):.10g}")
     return f" {' '.join(dict.fromkeys(found))}" if found else ""

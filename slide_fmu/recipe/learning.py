@@ -101,23 +101,22 @@ class StateSpaceRecipe(Table):
             validation error falls.
         hidden: number of hidden units; 0 for a linear network; ``"auto"``: raised likewise.
         padding: states that are added to the order for the hidden units.
-        units: activation of the hidden units. Cubic units suit polynomial springs, but have no
-            bound: they may grow without end beyond the trained range. Mixed units are tanh and
-                clipped cubes in turns:
+        units: activation of the hidden units. Cubic units suit polynomial springs, but may grow
+            without end beyond the trained range. Mixed units are tanh and clipped cubes in turns:
             bounded, and more accurate just beyond the range where springs harden. ``"auto"``:
             tanh or, without padding, mixed or cubic, by trials in which the largest amplitudes
             are held out; with ``hidden = "auto"`` these find the number of cubes and the
-            sub-steps too. Gated units (LPV units, linear parameter-varying)
-            make the response linear with coefficients that follow scheduling variables: for
-            mechanisms whose inertia depends on their configuration.
+            sub-steps too. Gated units (LPV units, linear parameter-varying) make the response
+            linear, with coefficients that follow scheduling variables: for mechanisms whose
+            inertia depends on their configuration.
         substeps: number of steps that the states take in every sample. If a sample is long for a
             hardening spring, a few cubes that act several times are more accurate than many cubes
             that act once, also beyond the range.
         bias: whether there are constant terms. Without them the network answers -u with -y; this
             is for features that change their sign with the inputs, and no readout.
-        drive: names of the features in the state input (``slide_fmu.features.sets``); ``"auto"``
-            (the default): the inputs, but where there are angles or a serial chain and no other
-            features are named, the choice of all features with the best validation error.
+        drive: names of the features in the state input (``slide_fmu.features.sets``). ``"auto"``
+            (the default) takes the inputs. Where there are angles or a serial chain, and no other
+            features are named, it takes the choice of all features with the best validation error.
         static: names of the features in the feedthrough, which the outputs follow at once; as the
             drive if not given.
         gated: names of the features that LPV units multiply, as they multiply the states; as the
@@ -126,8 +125,7 @@ class StateSpaceRecipe(Table):
         readout: names of factors of the outputs, such as the lever arm of a rotation.
         turned_pairs: pairs of states that LPV units see in the turned frame of the features.
         parameter_degree: total degree of the polynomials by which the weights follow physical
-            parameters, where the recipe has some; if not given 2, but for records of few specimens
-            1.
+            parameters; for records of few specimens 1 if not given.
     """
 
     LEARNS_BEYOND: ClassVar[bool] = True
@@ -220,9 +218,10 @@ class LeastSquaresExpert(Table):
         beyond_weight: factor on the residuals of trajectories beyond the range.
         even_out: whether segments that move more than usual get lower weights.
         precision: floating point format of the training.
-        excitation: further kinds of excitation, for example motions beyond those that the FMU is
-            for. The networks and the scale of the error bound learn from them, with the weights
-            of one mix; the bound is not calibrated by them, and the FMU not measured on them.
+        excitation: further kinds of excitation, for example faster motions than the FMU is for.
+            Networks and the scale of the error bound learn from them, in one mix with
+            ``data.excitation``. The bound is not calibrated by them, and the FMU is not measured
+            on them.
     """
 
     segment: PositiveInt | None = None
@@ -239,9 +238,7 @@ class LeastSquaresExpert(Table):
 
 
 class LeastSquaresRecipe(Table):
-    """The table ``training`` describes Levenberg-Marquardt from several starts.
-
-    The starts are a multi-start with successive halving.
+    """The table ``training`` describes Levenberg-Marquardt: a multi-start with successive halving.
 
     Attributes:
         method: name of the training; it follows from the network's family and is no key of a
@@ -249,11 +246,10 @@ class LeastSquaresRecipe(Table):
         seed: seed of the starts.
         starts: number of random starts.
         iterations: iterations of the best of them, on all data.
-        start: path of an FMU of slide-fmu whose network the training begins with: for example a
-            network that was learnt from a simulation and is refined on a record, or one that was
-            learnt at one value of physical parameters and is to follow them. Then there is no
-            search and no other start, and the FMU gives the table ``network`` except for
-            ``parameter_degree``.
+        start: path of an FMU of slide-fmu whose network the training begins with: for example one
+            that was learnt from a simulation and is refined on a record, or at one value of
+            physical parameters and is to follow them. Then there is no search, and the FMU gives
+            the table ``network`` except for ``parameter_degree``.
         expert: settings for users who know the method.
     """
 

@@ -12,9 +12,8 @@ class ParameterRecipe(Table):
     """A table ``parameters.NAME`` declares a parameter of the model, with its range.
 
     The model has a parameter of this name: a class a keyword argument, a function or an FMU a
-    parameter. Of measured records, it has a value in each file. The error estimator, if there is
-    one, sees the inputs alone: what it estimates is the usual error over all values of the
-    parameters.
+    parameter. Of measured records, it has a value in each file. An error estimator sees the inputs
+    alone: it gives the usual error over all values of the parameters.
 
     Attributes:
         range: lowest and highest value, in ``unit``; for records, of ``values``.
@@ -27,9 +26,9 @@ class ParameterRecipe(Table):
         transform: the quantity on which the response depends most evenly: the value
             (``"linear"``), its logarithm (``"log"``), or one over it (``"reciprocal"``), for
             example for a mass that is moved by a force.
-        beyond: part of the range by which values of training trajectories leave it at both ends.
-            Errors are largest at the ends of the range, and smaller if the training goes beyond
-            them. Without this key the range is a hard limit of the model.
+        beyond: part of the range by which values of training trajectories leave it at both ends,
+            where errors are largest otherwise. Without this key the range is a hard limit of the
+            model.
     """
 
     range: tuple[float, float] | None = None

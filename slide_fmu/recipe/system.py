@@ -23,26 +23,26 @@ class SystemRecipe(Table):
     Attributes:
         kind: kind of ``model``: ``"class"``, ``"exudyn"``, ``"fmu"``, ``"function"`` or
             ``"record"``.
-        model: the model: ``"module:Class"`` for a class, for all other kinds the path of a file in
-            the current folder or in the folder of the recipe.
+        model: ``"module:Class"`` for a class; for all other kinds the path of a file in the
+            current folder or in the folder of the recipe.
         further: for records, further files with the same columns.
         noise_record: for records, a file with the columns of the outputs that was taken in the
-            same way while nothing moved: a state-space network weights its residuals by the
-                spectrum of
-            that noise. Without a noise record all residuals have the same weight.
+            same way while nothing moved. A state-space network weights its residuals by the
+            spectrum of that noise.
         parameters: parameters of the system other than ``step``; for a class, keyword arguments.
         inputs, outputs: properties of the signals that the model leaves open, by their names;
             empty for a class, which declares its own.
         reference: parameters that differ when an FMU is measured: a finer model may be the
-            reference for data of a faster one. If empty, the reference is the same model.
+            reference for data of a faster one. If empty, it is the same model.
         picture: ``"module:function"`` that draws the reference system in motion, for the model
             card: it takes the system and gives the bytes of a PNG file.
-        chain: serial chain whose joints' set points the inputs are, in the order of the joints;
-            the path of its URDF can replace its table. If not given, the chain of the model is
-            used, if it has one.
-        drive: how the joints follow the set points: a name in ``DRIVE_LAWS``, or three lists. They
-            weight the newest set point and the two before it in the joint's place, its rate times
-            the step, and its acceleration times the step squared.
+        chain: serial chain; the inputs are the set points of its joints, in their order. The path
+            of its URDF can replace its table. If not given, it is the chain of the model, if that
+            has one.
+        drive: how the joints follow the set points: a name (``"linear"``,
+            ``"quadratic_b_spline"``, ``"cubic_b_spline"``), or three lists. They weight the newest
+            set point and the two before it in the joint's place, its rate times the step, and its
+            acceleration times the step squared.
     """
 
     kind: str = "class"

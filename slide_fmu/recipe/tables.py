@@ -79,15 +79,14 @@ class DataRecipe(Table):
             not given.
         estimator, estimator_validation: numbers for the error estimator, if there is one;
             likewise.
-        companion, bound, calibration: numbers of trajectories of the error bound, if there is one.
-            Its companion learns from ``companion`` trajectories: 0 stands for the number
-            ``train``, and ``"train"`` for the surrogate's own trajectories. The bound learns the
-            scale of the error from ``bound`` trajectories. It is calibrated by ``calibration``
-            trajectories, at least 100 for bounds with a confidence of 0.99. If ``"auto"``, or if
-            they and ``train`` are not given, they follow from the time that a simulation takes.
+        companion, bound, calibration: numbers of trajectories of the error bound, if there is one
+            (table ``bound``). For the companion, 0 stands for the number ``train``, and
+            ``"train"`` for the surrogate's own trajectories. Bounds with a confidence of 0.99 need
+            at least 100 for the calibration. If ``"auto"``, or if they and ``train`` are not
+            given, they follow from the time that a simulation takes.
         beyond: number of trajectories whose inputs leave their declared ranges, which are hard
-            limits without them; a state-space network learns from them too, with a low weight, so
-            that it stays sensible there.
+            limits otherwise. A state-space network also learns from them, with a low weight, to
+            stay sensible there.
         beyond_factor: range of the factor on their excitation.
         most_failures: part of all trajectories that may fail to be simulated; another draw takes
             the place of each. One is always allowed.
@@ -95,9 +94,9 @@ class DataRecipe(Table):
             not given. Records have no excitation.
         shares: for records, the share of all samples for each part (``Part``); defaults if not
             given.
-        by: for records, whether they are divided by contiguous ``"block"`` in the order of time,
-            of all files end to end or of ``"each"`` by itself (the default with physical
-            parameters), or by whole ``"record"``. Samples of the same inputs are in one part.
+        by: for records, how they are divided: by contiguous ``"block"`` in the order of time, of
+            all files end to end; likewise of ``"each"`` file by itself (the default with physical
+            parameters); or by whole ``"record"``. Samples of the same inputs are in one part.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -127,12 +126,11 @@ class ValidationRecipe(Table):
         duration: length of each in s, after the burn-in; as in the training data if not given.
         excitation: kinds of excitation that are held out: they are not used for learning or
             calibration, and the FMU is measured on them separately.
-        require: largest relative RMSE of an output on unseen trajectories in range; ``slide-fmu
-            run`` fails where the error is larger. 0.05 stands for 5 %. If not given, no error is
-            refused.
-        adversarial: number of unseen trajectories from which a search begins for inputs whose
-            error is large relative to its bound, and of tones, offsets, holds and moves that are
-            tried likewise; each takes about a minute.
+        require: largest relative RMSE of an output on unseen trajectories in range (0.05 is 5 %).
+            ``slide-fmu run`` fails where the error is larger.
+        adversarial: number of unseen trajectories from which a search for large errors relative to
+            their bounds begins. The same number of tones, offsets, holds and moves is tried. Each
+            takes about a minute.
     """
 
     trajectories: PositiveInt = 50
@@ -147,9 +145,9 @@ class StabilityRecipe(Table):
 
     Attributes:
         amplitudes: factors on the trained amplitude at which it is tested.
-        contraction_beyond: fading memory beyond the trained amplitude: largest difference allowed
-            between two runs from different states, after the inputs of one window, relative to
-            the output's standard deviation. The median run counts, since systems may have several
+        contraction_beyond: fading memory beyond the trained amplitude. It is the largest
+            difference allowed between two runs from different states after one window, over the
+            output's standard deviation. The median run counts, since systems may have several
             lasting responses there.
         allow_unstable: whether a network that fails is exported nevertheless.
     """

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.toml_table import Table
+from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.recipe.reference import ITEM, NAME, Section, known_keys, sections_of
@@ -45,9 +46,11 @@ def test_page_of_recipes_is_that_of_the_tables() -> None:
 
 
 def test_every_key_stands_on_the_page_with_its_meaning() -> None:
-    """Kind and weight of excitations stand once, for all kinds."""
+    """Kind and weight of excitations stand once, and other kinds refer to the first amplitude."""
     parts = re.split(r"^###? ", PAGE, flags=re.MULTILINE)
     (shared,) = [part for part in parts if part.startswith("Excitation")]
+    (first,) = [part for part in parts if part.startswith('Kind `"held_random"`')]
+    parts = [part + first * ('As for `"held_random"`' in part) for part in parts]
     for section in SECTIONS:
         is_kind = section.tag is not None and section.tag[0] == "kind"
         keys = [key for key in section.keys if not is_kind or key.name not in ("kind", "weight")]
@@ -58,6 +61,12 @@ def test_every_key_stands_on_the_page_with_its_meaning() -> None:
         for key in set(section.keys) - set(keys):
             assert f"| `{key.name}` | " in shared
             assert key.meaning in shared
+
+
+def test_page_names_tables_as_files_write_them() -> None:
+    headings = [line for line in PAGE.splitlines() if line.startswith("## `[")]
+    assert any("`[training.expert]`" in heading for heading in headings)
+    assert not [h for h in headings if any(method in h for method in METHODS.values())]
 
 
 FILLED_IN = {"method", "digest"}

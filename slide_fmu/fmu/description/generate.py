@@ -121,7 +121,6 @@ description of a signal replaces ours in the FMU.
 {rows}
 
 [Use an FMU](use_an_fmu.md) shows the main ones, and [trust](trust.md) the error bound.
-`{COMMAND}` makes this table.
 {heading}{words}"""
 
 

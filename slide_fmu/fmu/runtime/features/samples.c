@@ -9,14 +9,14 @@ void slide_samples_place(SlideSamples *samples, const SlideSamplesShape *shape,
                                 shape->n_inputs * sizeof(double));
 }
 
-static uint64_t place_of(const SlideSamplesShape *shape, uint64_t sample) {
+size_t slide_samples_place_of(const SlideSamplesShape *shape, uint64_t sample) {
     uint64_t mask = shape->capacity - 1;
-    return mask - (sample & mask);
+    return (size_t)(mask - (sample & mask));
 }
 
 void slide_samples_append(const SlideSamplesShape *shape, SlideSamples *samples,
                           const double *input) {
-    uint64_t place = place_of(shape, *samples->count);
+    size_t place = slide_samples_place_of(shape, *samples->count);
     size_t n = shape->n_inputs;
     memcpy(samples->ring + place * n, input, n * sizeof *input);
     if (place < SLIDE_BEFORE) {
@@ -36,5 +36,5 @@ void slide_samples_fill(const SlideSamplesShape *shape, SlideSamples *samples,
 
 const double *slide_samples_at(const SlideSamplesShape *shape, const SlideSamples *samples,
                                uint64_t sample) {
-    return samples->ring + place_of(shape, sample) * shape->n_inputs;
+    return samples->ring + slide_samples_place_of(shape, sample) * shape->n_inputs;
 }

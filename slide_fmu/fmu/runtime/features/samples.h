@@ -24,6 +24,9 @@ typedef struct {
 void slide_samples_place(SlideSamples *samples, const SlideSamplesShape *shape,
                          SlideArena *arena);
 
+/* The place of a sample in the ring, by its number. */
+size_t slide_samples_place_of(const SlideSamplesShape *shape, uint64_t sample);
+
 /* Forget all; a scaled input [n_inputs] counts for all that are kept. */
 void slide_samples_fill(const SlideSamplesShape *shape, SlideSamples *samples,
                         const double *input);

@@ -16,11 +16,16 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
+from slide_fmu.data import pool
+from slide_fmu.data.pool import process_pool
+from slide_fmu.memory import motions
 from tests.estimates import kept_estimates
 from tests.recipes import LINEAR_NETWORK
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "finished_runs"
+FEW_MOTIONS = 4
+"""Motions that a window is sized by where no test looks at the decay."""
 
 SMALL_DUFFING = """
 name = "small_duffing"
@@ -40,10 +45,10 @@ n_out = 32
 seed = 7
 duration = 12.0
 burn_in = 1.5
-train = 24
-validation = 4
-estimator = 12
-estimator_validation = 4
+train = 12
+validation = 2
+estimator = 8
+estimator_validation = 2
 
 [[data.excitation]]
 kind = "held_random"
@@ -63,11 +68,11 @@ linear_skip = true
 time_invariant = true
 
 [training]
-steps = 800
+steps = 500
 batch = 256
 learning_rate = 5e-3
 expert.flip_signs = true
-expert.validate_every = 200
+expert.validate_every = 100
 
 [estimator]
 beyond = true
@@ -80,10 +85,10 @@ activation = "elu"
 time_invariant = true
 
 [estimator.training]
-steps = 300
+steps = 200
 batch = 64
 learning_rate = 5e-3
-expert.validate_every = 100
+expert.validate_every = 50
 """
 
 SMALL_STATE_SPACE = """
@@ -243,8 +248,10 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def run_recipe(folder: Path, name: str, text: str, workers: int = 2) -> Finished:
+def run_recipe(folder: Path, name: str, text: str, workers: int = 1) -> Finished:
     """Take a recipe the whole way, once for all test processes and for the same sources.
+
+    A second worker takes longer to start than it saves. With 0 workers this process simulates.
 
     What was finished is kept in ``build/finished_runs``, and every test process gets a copy.
     """
@@ -265,10 +272,14 @@ def run_recipe(folder: Path, name: str, text: str, workers: int = 2) -> Finished
 def _run(folder: Path, name: str, text: str, workers: int) -> None:
     recipe, figures = folder / f"{name}.toml", folder / f"{name}.json"
     recipe.write_text(text, encoding="utf-8")
-    result = invoke(
-        *("run", recipe, "--runs", folder / "runs"),
-        *("--trajectories", 4, "--workers", workers, "--json", figures),
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(motions, "MOTIONS", FEW_MOTIONS)
+        if workers == 0:  # the console script asks for one at least
+            patch.setattr(pool, "process_pool", lambda _: process_pool(0))
+        result = invoke(
+            *("run", recipe, "--runs", folder / "runs"),
+            *("--trajectories", 4, "--workers", max(1, workers), "--json", figures),
+        )
     assert result.exit_code == 0, result.output
 
 
@@ -305,16 +316,13 @@ def state_space(tmp_path_factory: pytest.TempPathFactory) -> Finished:
 
 @pytest.fixture(scope="session")
 def bounded(tmp_path_factory: pytest.TempPathFactory) -> Finished:
-    """The small state-space recipe with an error bound, finished.
-
-    One worker simulates: a second one takes longer to start than it saves.
-    """
+    """The small state-space recipe with an error bound, finished."""
     folder = tmp_path_factory.mktemp("bounded")
     with kept_estimates():
-        return run_recipe(folder, "small_bounded", SMALL_BOUNDED, workers=1)
+        return run_recipe(folder, "small_bounded", SMALL_BOUNDED, workers=0)
 
 
 @pytest.fixture(scope="session")
 def linear(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The small linear recipe, finished."""
-    return run_recipe(tmp_path_factory.mktemp("linear"), "small_linear", SMALL_LINEAR)
+    return run_recipe(tmp_path_factory.mktemp("linear"), "small_linear", SMALL_LINEAR, workers=2)

@@ -40,7 +40,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The recipe that docs/trust.md shows, finished."""
     build_libraries()
     text = (TUTORIALS / "duffing_bounded.toml").read_text(encoding="utf-8")
-    return run_recipe(tmp_path_factory.mktemp("bounded"), "duffing_bounded", text)
+    return run_recipe(tmp_path_factory.mktemp("bounded"), "duffing_bounded", text, workers=2)
 
 
 def test_bound_holds_in_range_and_the_domain_is_hardly_left(finished: Finished) -> None:

@@ -13,8 +13,15 @@ import pytest
 
 from slide_fmu.cli.console import errors
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import open_job, provenance
-from tests.acceptance.conftest import SMALL_DUFFING, SMALL_LINEAR, Finished, invoke
+from tests.acceptance.conftest import (
+    FEW_MOTIONS,
+    SMALL_DUFFING,
+    SMALL_LINEAR,
+    Finished,
+    invoke,
+)
 from tests.limits import HANGS
 from tests.marks import needs_app, of_app
 from tests.progress import no_stages
@@ -129,9 +136,9 @@ def test_flipped_signs_need_symmetric_ranges_in_every_training(tmp_path: Path, t
     module = f"lopsided_in_{table.replace('.', '_')}"
     (tmp_path / f"{module}.py").write_text(LOPSIDED, encoding="utf-8")
     text = SMALL_DUFFING.replace("expert.flip_signs = true\n", "")
-    for few in (("train = 24", "train = 1"), ("estimator = 12", "estimator = 1")):
+    for few in (("train = 12", "train = 1"), ("estimator = 8", "estimator = 1")):
         text = text.replace(*few)
-    text = text.replace("validation = 4", "validation = 1")
+    text = text.replace("validation = 2", "validation = 1")
     text = text.replace("mbs_models.oscillators:DuffingOscillator", f"{module}:Lopsided")
     pretraining = "[estimator.expert.pretraining]\nsteps = 5\nbatch = 4\nlearning_rate = 1e-3\n"
     text = text.replace("[estimator.training]", f"{pretraining}\n[estimator.training]")
@@ -201,11 +208,12 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
 
 
 def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
-    duffing: Finished, tmp_path: Path
+    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     runs, recipe = tmp_path / "runs", tmp_path / duffing.recipe.name
     shutil.copytree(duffing.runs, runs)
-    gate = "\n[validation]\ntrajectories = 2\nrequire = 1e-6\n"
+    gate = "\n[validation]\ntrajectories = 1\nduration = 4.0\nrequire = 1e-6\n"
     recipe.write_text(SMALL_DUFFING + gate, encoding="utf-8")
     result = invoke("run", recipe, "--runs", runs, "--workers", 1)
     assert result.exit_code == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import statistics
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,7 @@ MOST = {
 has gone; never raise it. ``docs/contributing.md`` lists the idioms once, with better words."""
 
 
+@cache
 def text_of(page: Path) -> str:
     """Return a page in Markdown; the text of a tutorial stands in its docstring and comments."""
     text = page.read_text("utf-8")
@@ -78,12 +80,18 @@ def test_words_of_a_page_are_counted_with_names_in_code_and_without_blocks_of_co
     assert words(text + table) == 2 + 4 + 4
 
 
+@cache
+def prose_of(page: Path) -> str:
+    """Return the prose of a page in one line."""
+    return " ".join(prose(text_of(page)).split())
+
+
 @pytest.mark.parametrize(("idiom", "most"), MOST.items())
 def test_idioms_of_the_house_become_fewer(idiom: str, most: int) -> None:
     found = [
         f"{page.name}: ...{text[max(0, use.start() - 40) : use.end() + 20]}..."
         for page in [*PAGES, *TUTORIALS, ROOT / "README.md"]
-        for text in [" ".join(prose(text_of(page)).split())]
+        for text in [prose_of(page)]
         for use in re.finditer(rf"\b{idiom}\b", text, re.IGNORECASE)
     ]
     assert len(found) <= most, "\n".join(found)

@@ -13,8 +13,9 @@ import pytest
 
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.fmu.export import read_fmu, read_member
+from slide_fmu.memory import motions
 from slide_fmu.recipe.case import case_of
-from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
+from tests.acceptance.conftest import FEW_MOTIONS, SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
 from tests.marks import APPS, essential, needs_app
 
@@ -153,11 +154,12 @@ def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.systems.simulation import simulate
 
-    result = invoke("validate", duffing.fmu, "--trajectories", 2, "--seed", 11, "--json", "-")
+    call = "--trajectories", 2, "--duration", 6, "--seed", 11, "--json", "-"
+    result = invoke("validate", duffing.fmu, *call)
     figures = json.loads(result.stdout)
     recipe = load_recipe(duffing.recipe)
     system, surrogate = case_of(recipe).system, read_fmu(duffing.fmu)[0]
-    stream = Stream(TEST, 11, (1.0, 1.0), recipe.data.duration)
+    stream = Stream(TEST, 11, (1.0, 1.0), 6.0)
     errors, references = [], []
     for index in range(2):
         drawn = draw(recipe, system, stream, index)
@@ -214,7 +216,10 @@ def test_reference_fmu_of_a_recipe_is_valid(duffing: Finished, tmp_path: Path) -
     assert validate_fmu(str(path)) == []
 
 
-def test_finished_run_is_not_done_again(duffing: Finished) -> None:
+def test_finished_run_is_not_done_again(
+    duffing: Finished, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     before = (duffing.runs / duffing.name / "data.zarr" / "zarr.json").stat().st_mtime_ns
     with kept_estimates():
         result = invoke("train", duffing.recipe, "--runs", duffing.runs, "--json", "-")
@@ -242,7 +247,7 @@ MISTAKES = {
     "nothing trained": ("export", ("small_duffing", "never_trained"), r"train it first"),
     "no data": ("train", ("small_duffing", "never_generated"), r"generate it first"),
     "other data": ("generate", ("seed = 7", "seed = 9"), r"data\.seed = 7 there, 9"),
-    "other training": ("export", ("steps = 800", "steps = 900"), r"train again"),
+    "other training": ("export", ("steps = 500", "steps = 600"), r"train again"),
 }
 
 
@@ -259,7 +264,10 @@ def test_mistake_in_a_recipe_is_answered_with_a_remedy(
     assert "Traceback" not in result.output
 
 
-def test_short_window_is_accepted_with_allow_short(tmp_path: Path) -> None:
+def test_short_window_is_accepted_with_allow_short(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     recipe = tmp_path / "short.toml"
     text = SMALL_DUFFING.replace("n_in = 72", "n_in = 40\nallow_short = true")
     recipe.write_text(text, encoding="utf-8")

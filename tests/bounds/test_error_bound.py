@@ -40,10 +40,22 @@ RECIPE = tiny_state_space_recipe(
         "model": "mbs_models.oscillators:DuffingOscillator",
         "parameters": {"damping": 40.0, "substeps": 6},
     },
-    data={"train": 6, "duration": 4.0, "bound": 60},
+    data={"train": 6, "duration": 2.5, "bound": 40, "calibration": 100},
     network={"order": 2, "hidden": 6},
-    training={"starts": 1, "iterations": 12, "expert": {"kept": 1}},
-    bound={"expert": {"hidden": [8], "steps": 1500, "companion": {"hidden": 9, "iterations": 20}}},
+    training={
+        "starts": 1,
+        "iterations": 10,
+        "expert": {"start_iterations": 5, "kept": 1, "kept_iterations": 5},
+    },
+    bound={
+        "expert": {
+            "short_span": 0.05,
+            "long_span": 0.25,
+            "hidden": [8],
+            "steps": 1000,
+            "companion": {"hidden": 9, "iterations": 14},
+        }
+    },
 )
 SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 CALIBRATED = RECIPE.count("calibration")
@@ -173,7 +185,7 @@ def test_companion_has_the_size_and_the_training_that_the_recipe_says(fit: Fit) 
     assert isinstance(fit.surrogate.bound, ErrorBound)
     networks = fit.surrogate.network, fit.surrogate.bound.companion
     assert [network.cell.e.shape[1] for network in networks] == [6, 9]
-    assert [len(fit.histories[name].step) for name in ("surrogate", COMPANION)] == [12, 20]
+    assert [len(fit.histories[name].step) for name in ("surrogate", COMPANION)] == [10, 14]
     assert fit.recipe.network == RECIPE.network.model_copy(update={"drive": ("inputs",)})
 
 
@@ -375,7 +387,7 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     remark = other.histories[BOUND].remark
     assert remark is not None
     assert re.search(
-        r"no error estimate.* on 200 trajectories .* is \d+(\.\d+)? % off on average for "
+        r"no error estimate.* on 100 trajectories .* is \d+(\.\d+)? % off on average for "
         r"position, the best constant \d+(\.\d+)? %$",
         remark,
     )

@@ -16,6 +16,7 @@ from slide_fmu.cli.learning import _recipe_tables
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load
+from slide_fmu.memory import motions
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
@@ -58,7 +59,9 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def learnt(runs: Path) -> Learnt:
-    return learn(oscillator(), "oscillator", runs=runs, **SMALL)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(motions, "MOTIONS", 4)
+        return learn(oscillator(), "oscillator", runs=runs, **SMALL)
 
 
 def test_system_of_a_session_is_learnt_to_a_small_error(learnt: Learnt) -> None:

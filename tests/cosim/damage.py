@@ -37,12 +37,16 @@ def members_of(path: Path) -> Members:
 
 
 def packed(members: Members, more: list[tuple[str, bytes]] | None = None) -> bytes:
-    """A zip archive; more: members that may have names that are there already."""
+    """A zip archive; more: members that may have names that are there already.
+
+    Libraries, which are large, are not compressed: that would take most of the time of the tests.
+    """
     content = io.BytesIO()
     with warnings.catch_warnings(), zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         warnings.simplefilter("ignore")  # names twice are the point
         for name, data in [*members.items(), *(more or [])]:
-            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, 8, 1)
+            how = (0, None) if name.startswith("binaries/") else (8, 1)
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, *how)
     return content.getvalue()
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +33,8 @@ from tests.recipes import tiny_recipe, whole_recipe
 from tests.refusals import refused
 
 TRAIN = 30
+LEVEL = 0.97
+"""Inputs above it fail."""
 
 
 def failing(most_failures: float = 0.5, **parameters: float) -> Recipe:
@@ -49,6 +53,21 @@ def made(recipe: Recipe, path: Path, executor: Executor | None = None) -> list[F
     return kept_failures(path)
 
 
+@dataclass(frozen=True)
+class Failed:
+    """A recipe some of whose trajectories failed, where its store is, and these failures."""
+
+    recipe: Recipe
+    store: Path
+    failures: list[Failure]
+
+
+@pytest.fixture(scope="module")
+def failed(tmp_path_factory: pytest.TempPathFactory) -> Failed:
+    recipe, store = failing(fail=LEVEL), tmp_path_factory.mktemp("failed") / "store"
+    return Failed(recipe, store, made(recipe, store))
+
+
 def failed_first(recipe: Recipe, level: float) -> list[int]:
     """Give the training trajectories whose first draw has an input above a level."""
     system = case_of(recipe).system
@@ -56,19 +75,17 @@ def failed_first(recipe: Recipe, level: float) -> list[int]:
     return [i for i, drawn in enumerate(draws) if np.max(drawn.inputs) > level]
 
 
-def test_another_draw_takes_the_place_of_one_that_fails(tmp_path: Path) -> None:
-    level = 0.97
-    recipe = failing(fail=level)
-    failures = made(recipe, tmp_path / "store")
-    wanted = failed_first(recipe, level)
+def test_another_draw_takes_the_place_of_one_that_fails(failed: Failed) -> None:
+    recipe, failures = failed.recipe, failed.failures
+    wanted = failed_first(recipe, LEVEL)
     assert 0 < len(wanted) < TRAIN
     assert sorted({f.index for f in failures if f.split == "train"}) == wanted
-    split, system = open_store(tmp_path / "store").split("train").read(), case_of(recipe).system
+    split, system = open_store(failed.store).split("train").read(), case_of(recipe).system
     for index in range(TRAIN):
         attempt = len([f for f in failures if f.split == "train" and f.index == index])
         drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
         np.testing.assert_array_equal(split.inputs[index], drawn.inputs[drawn.burn_in :])
-    assert np.max(split.inputs) <= level
+    assert np.max(split.inputs) <= LEVEL
 
 
 @pytest.mark.extended
@@ -85,25 +102,24 @@ def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
         np.testing.assert_array_equal(one.inputs, other.inputs)
 
 
-def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(tmp_path: Path) -> None:
-    recipe = failing(fail=0.97)
-    failure = made(recipe, tmp_path / "store")[0]
+def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: Failed) -> None:
+    recipe, failure = failed.recipe, failed.failures[0]
     assert failure.time_s is not None
     assert failure.error == f"no solution at t = {failure.time_s:g} s"
-    path = failures_folder(tmp_path / "store") / f"{failure.name}.csv"
+    path = failures_folder(failed.store) / f"{failure.name}.csv"
     assert path.read_text().splitlines()[0] == "time,force"
     table = np.loadtxt(path, delimiter=",", skiprows=1)
     stream = split_stream(recipe, failure.split, failure.index)
     drawn = draw(recipe, case_of(recipe).system, stream, failure.index, failure.attempt)
     np.testing.assert_array_equal(table[:, 1:], drawn.inputs)
     np.testing.assert_allclose(table[:, 0], 0.1 * np.arange(len(table)), rtol=1e-12)
-    assert table[round(failure.time_s / 0.1), 1] > 0.97
+    assert table[round(failure.time_s / 0.1), 1] > LEVEL
 
 
-def test_inputs_that_failed_can_drive_a_recipe(tmp_path: Path) -> None:
-    failure = made(failing(fail=0.97), tmp_path / "store")[0]
-    path = failures_folder(tmp_path / "store") / f"{failure.name}.csv"
-    values = failing(fail=0.97).model_dump(mode="json")
+def test_inputs_that_failed_can_drive_a_recipe(failed: Failed) -> None:
+    failure = failed.failures[0]
+    path = failures_folder(failed.store) / f"{failure.name}.csv"
+    values = failed.recipe.model_dump(mode="json")
     values["data"]["excitation"] = [{"kind": "file", "weight": 1.0, "path": str(path)}]
     recipe = whole_recipe(values)
     check = case_of(recipe).system
@@ -146,8 +162,9 @@ def test_a_damaged_file_of_a_failure_is_named(tmp_path: Path) -> None:
         kept_failures(tmp_path / "store")
 
 
-def test_a_removed_store_takes_its_failures_along(tmp_path: Path) -> None:
-    assert made(failing(fail=0.97), tmp_path / "store")
+def test_a_removed_store_takes_its_failures_along(failed: Failed, tmp_path: Path) -> None:
+    shutil.copytree(failures_folder(failed.store), failures_folder(tmp_path / "store"))
+    assert kept_failures(tmp_path / "store") == failed.failures
     remove_failures(tmp_path / "store")
     assert kept_failures(tmp_path / "store") == []
 

@@ -34,7 +34,7 @@ def f(x, u, p):
 def g(x, u, p):
     return x
 """
-TRAIN = 24
+TRAIN = 14
 
 
 def lag(folder: Path, limit: float = 2.0, table: str = "", train: int = TRAIN) -> Path:

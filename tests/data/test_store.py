@@ -192,7 +192,7 @@ def test_chunk_with_a_flipped_bit_is_refused_and_its_file_is_named(store: Path) 
         files = [chunk] if chunk.is_file() else [f for f in chunk.rglob("*") if f.is_file()]
         name = files[0].relative_to(store / "train").as_posix()
         whole = files[0].read_bytes()
-        for place in np.linspace(0, len(whole) - 1, 40).astype(int):
+        for place in np.linspace(0, len(whole) - 1, 16).astype(int):
             broken = bytearray(whole)
             broken[place] ^= 1 << (place % 8)
             files[0].write_bytes(broken)
@@ -346,7 +346,8 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
 def test_store_that_lacks_a_part_is_refused_before_anything_is_learnt(tmp_path: Path) -> None:
     path = tmp_path / "store"
     kind = {"kind": "binary", "weight": 1.0, "duration": [0.1, 0.3]}
-    own = {"train": 1, "validation": 1, "companion": 1, "bound": 6, "duration": 4.0}
+    own = {"train": 1, "validation": 1, "companion": 1, "bound": 6, "calibration": 20}
+    own["duration"] = 4.0
     plain, more = (
         tiny_state_space_recipe(data=own, bound={"excitation": kinds}) for kinds in ([], [kind])
     )

@@ -108,7 +108,7 @@ def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
     """Steps of h / 40 under an input that grows linearly: the remembered points are fewer."""
     surrogate = random_surrogate(Shape(hold="first_order"))
     native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
-    count = 40 * 30
+    count = 40 * 18
     inputs = np.linspace(-2, 3, count)[:, None]
     found = go(native, [1 / 40] * count, inputs)
     for k in range(count):

@@ -81,8 +81,10 @@ MODULES = {
         ("slide_fmu/bounds/error_bound.py", "slide_fmu/bounds/calibration.py",
          "slide_fmu/bounds/head.py", "slide_fmu/surrogate/error_bound.py",
          "slide_fmu/surrogate/bound_statistics.py"),
-        ("tests/surrogate/test_error_bound.py", "tests/bounds/test_calibration.py",
-         "tests/bounds/test_head_loss.py", "tests/bounds/test_error_bound.py"),
+        ("tests/surrogate/test_trust.py", "tests/surrogate/test_span_estimate.py",
+         "tests/surrogate/test_bound_parts.py", "tests/surrogate/test_error_bound.py",
+         "tests/bounds/test_calibration.py", "tests/bounds/test_head_loss.py",
+         "tests/bounds/test_error_bound.py"),
         essential=True,
     ),
     "estimate in C": Module(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -34,9 +35,22 @@ weight = 1.0
 MASS = "[parameters.mass]\nrange = [1.0, 3.0]\n"
 
 
-@pytest.fixture(autouse=True)
-def few_motions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(motions, "MOTIONS", 4)
+@pytest.fixture(scope="module", autouse=True)
+def few_motions() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(motions, "MOTIONS", 4)
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds the recipe whose mass is open, and its run folder with the lengths that were found."""
+    return tmp_path_factory.mktemp("corners")
+
+
+@pytest.fixture(scope="module")
+def job(folder: Path) -> Job:
+    return opened(folder, "both", MASS)
 
 
 def opened(folder: Path, name: str, parameters: str = "", fixed: str = "") -> Job:
@@ -46,9 +60,8 @@ def opened(folder: Path, name: str, parameters: str = "", fixed: str = "") -> Jo
     return open_job(place, folder / "runs", no_stages)
 
 
-def test_window_is_that_of_the_slowest_corner(tmp_path: Path) -> None:
+def test_window_is_that_of_the_slowest_corner(job: Job, tmp_path: Path) -> None:
     """Its time constant is 2 m / d: the heaviest mass decays most slowly."""
-    job = opened(tmp_path, "both", MASS)
     light, heavy = (
         opened(tmp_path, f"mass_{mass}", fixed=f", mass = {mass}.0") for mass in (1, 3)
     )
@@ -61,19 +74,17 @@ def test_window_is_that_of_the_slowest_corner(tmp_path: Path) -> None:
 
 
 @needs_app("compare")
-def test_models_of_other_kinds_follow_no_parameters(tmp_path: Path) -> None:
+def test_models_of_other_kinds_follow_no_parameters(job: Job) -> None:
     from slide_fmu.apps.compare.compare import Terms, compare_recipe
 
-    job = opened(tmp_path, "both", MASS)
     with refused(RecipeError, "['mass']; expected none", "fixed values"):
         compare_recipe(job, Terms(budget=1.0, seed=0))
 
 
-def test_lengths_are_found_again_for_other_ranges(tmp_path: Path) -> None:
-    first = opened(tmp_path, "both", MASS)
-    again = opened(tmp_path, "both", MASS)
-    assert again.resolved == first.resolved
+def test_lengths_are_found_again_for_other_ranges(job: Job, folder: Path) -> None:
+    again = opened(folder, "both", MASS)
+    assert again.resolved == job.resolved
     assert again.sizing is None  # it was kept
-    narrow = opened(tmp_path, "both", MASS.replace("3.0", "1.5"))
+    narrow = opened(folder, "both", MASS.replace("3.0", "1.5"))
     assert narrow.sizing is not None
-    assert narrow.resolved["window"]["n_in"] < first.resolved["window"]["n_in"]
+    assert narrow.resolved["window"]["n_in"] < job.resolved["window"]["n_in"]

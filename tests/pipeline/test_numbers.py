@@ -118,9 +118,12 @@ def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
     assert job.recipe.count("train") == 2 * FEW
 
 
-def test_numbers_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numbers_are_found_once_and_a_released_fmu_knows_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pays(monkeypatch, 0.0)
     job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
+    assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
     monkeypatch.setattr(pool, "process_pool", None)  # nothing may be made again
     again = opened(tmp_path)
     assert again.recipe == job.recipe
@@ -149,12 +152,6 @@ def test_curve_follows_physical_parameters(
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
     wider = opened(tmp_path, text.replace("3.0]", "3.5]"))
     assert known_numbers(wider.case, wider.open_keys, wider.folder) is None
-
-
-def test_released_fmu_knows_its_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pays(monkeypatch, 0.0)
-    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
-    assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
 
 
 class Killed(Exception):

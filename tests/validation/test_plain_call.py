@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +34,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation import plain_call
 from slide_fmu.validation.error_figures import PlainCallFigures
 from slide_fmu.validation.plain_call import (
     TRAJECTORIES,
@@ -51,6 +53,7 @@ from tests.recipes import TINY, merged, whole_recipe
 from tests.validation.tiny_validation import figures_of
 
 STEP, LAG, WINDOW = 0.0625, 0.25, 80
+FEW = 3
 MODEL = f"""
 inputs = {{"drive": {{"unit": "N", "range": [-3.0, 5.0]}}}}
 outputs = {{"level": {{"unit": "m", "range": [-5.0, 5.0]}}}}
@@ -75,7 +78,7 @@ def lag_recipe(folder: Path, hold: Hold) -> Recipe:
         "inputs": {"drive": {"hold": hold}},
     }
     window = {"step": STEP, "n_in": WINDOW, "n_out": 1}
-    data = {"duration": 30.0, "burn_in": 5.0}
+    data = {"duration": 20.0, "burn_in": 5.0}
     return whole_recipe(merged(tables, {"window": window, "data": data}))
 
 
@@ -113,8 +116,18 @@ def scaled(layer: Layer) -> Layer:
     return Layer(4 * layer.weights, total, "identity")
 
 
+@pytest.fixture(scope="module")
+def few_smooth() -> Iterator[None]:
+    """Few trajectories of smooth inputs, which take most of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plain_call, "TRAJECTORIES", FEW)
+        yield
+
+
 @pytest.fixture(scope="module", params=["zero_order", "first_order"])
-def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Case:
+def case(
+    few_smooth: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Case:
     build_libraries()
     folder = tmp_path_factory.mktemp("plain")
     recipe = lag_recipe(folder, request.param)
@@ -152,7 +165,7 @@ def test_printed_figure_of_smooth_inputs_is_what_a_user_gets(case: Case) -> None
     fmu, validation, found = case
     surrogate, hz = validation.surrogate, band_of(validation.recipe)
     errors, truths = [], []
-    for index in range(TRAJECTORIES):
+    for index in range(FEW):
         fine = STEP / 32 * np.arange(32 * 900 + 1)
         drive = smooth_inputs(surrogate.inputs, fine, hz, index)
         pole = np.exp(-STEP / 32 / LAG)

@@ -26,6 +26,7 @@ from slide_fmu.apps.motion import (
     settled,
 )
 from slide_fmu.apps.motion.costs import Cost
+from slide_fmu.apps.motion.earliest_move import Found
 from slide_fmu.apps.motion.move import Move
 from slide_fmu.apps.motion.solve import solve, write_set_points
 from slide_fmu.core.signals import FloatArray
@@ -65,9 +66,15 @@ def streamed(problem: MoveProblem, move: Move) -> FloatArray:
     return problem.surrogate.predict_newest(inputs)[300:] - rest
 
 
-def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_limits() -> None:
-    problem = robot_problem()
-    found = earliest(problem)
+@pytest.fixture(scope="module")
+def of_robot() -> Found:
+    return earliest(robot_problem())
+
+
+def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_limits(
+    of_robot: Found,
+) -> None:
+    problem, found = robot_problem(), of_robot
     move, step = found.move, problem.surrogate.window.step
     assert move.name == "optimised"
     assert problem.limits.kept(problem.start, move.motion, step)
@@ -81,9 +88,9 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
     assert all(cost_of(problem, settled, other) > mine for other in found.baselines)
 
 
-def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line() -> None:
+def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line(of_robot: Found) -> None:
     problem = robot_problem()
-    own, line = earliest(problem), earliest(replace(problem, straight=True))
+    own, line = of_robot, earliest(replace(problem, straight=True))
     assert own.move.end < line.move.end
     assert problem.limits.kept(problem.start, own.move.motion, problem.surrogate.window.step)
     shares = [

@@ -96,7 +96,8 @@ def test_normal_equations_are_those_of_automatic_differentiation(
         scaled = segments.weights[:, None] * (outputs[burn_in:] - segments.targets)
         return scaled.reshape(-1)
 
-    r, j = residuals(theta), torch.autograd.functional.jacobian(residuals, theta)
+    r = residuals(theta)
+    j = torch.autograd.functional.jacobian(residuals, theta, vectorize=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(module.SENSITIVITIES, "cpu", 1)  # chunks of eight segments
         patch.setattr(module, "ROWS_PER_PARAMETER", 10**9)  # nothing is left out
@@ -192,9 +193,9 @@ def parametric_problem(folder: Path) -> Problem:
 def test_fit_follows_a_parameter_that_it_has_not_seen(tmp_path: Path) -> None:
     """A fit that knows nothing of the parameter is many times worse."""
     problem = parametric_problem(tmp_path)
-    found = fit(problem, NONLINEAR, iterations=20).network
+    found = fit(problem, NONLINEAR, iterations=12).network
     (tmp_path / "c.pt").unlink()
-    blind = fit(replace(problem, physical=None), NONLINEAR, iterations=20).network
+    blind = fit(replace(problem, physical=None), NONLINEAR, iterations=12).network
     assert found.parameters == (STIFFNESS,)
     errors = []
     for value in (0.4, 0.57, 0.73, 0.9):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -84,17 +85,36 @@ def test_validation_error_is_that_of_the_numpy_network(nonlinear: Fitted, tmp_pa
     assert np.sqrt(np.mean(error**2)) == pytest.approx(nonlinear.error, rel=1e-3)
 
 
-def test_fit_depends_on_its_seed_alone(nonlinear: Fitted, tmp_path: Path) -> None:
+@dataclass(frozen=True)
+class Repeated:
+    """A second fit of the same problem, its folder, and what its progress said."""
+
+    fitted: Fitted
+    folder: Path
+    states: list[tuple[int, int, float]]
+
+
+@pytest.fixture(scope="module")
+def repeated(tmp_path_factory: pytest.TempPathFactory) -> Repeated:
     torch.manual_seed(99)
-    again = fit(problem_of(tmp_path / "again"), NONLINEAR)
-    assert again.content == nonlinear.content
-    assert again.history == nonlinear.history
+    states: list[tuple[int, int, float]] = []
+    folder = tmp_path_factory.mktemp("again")
+    found = fit(problem_of(folder), NONLINEAR, lambda *state: states.append(state))
+    return Repeated(found, folder, states)
+
+
+def test_fit_depends_on_its_seed_alone(
+    nonlinear: Fitted, repeated: Repeated, tmp_path: Path
+) -> None:
+    assert repeated.fitted.content == nonlinear.content
+    assert repeated.fitted.history == nonlinear.history
     # without eigenvalues, of which the linear model is random too, the starts alone differ
+    short = {"starts": 1, "iterations": 1}
     seeded = [
-        fit(problem_of(tmp_path / str(seed), eigenvalues=None), NONLINEAR, seed=seed).content
+        fit(problem_of(tmp_path / str(seed), eigenvalues=None), NONLINEAR, seed=seed, **short)
         for seed in (0, 1)
     ]
-    assert seeded[0] != seeded[1]
+    assert seeded[0].content != seeded[1].content
 
 
 class Stop(Exception):
@@ -146,42 +166,40 @@ def quicken(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def widened(tmp_path_factory: pytest.TempPathFactory) -> Fitted:
+def wide_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Holds the checkpoint of the widened fit."""
+    return tmp_path_factory.mktemp("widened")
+
+
+@pytest.fixture(scope="module")
+def widened(wide_folder: Path) -> Fitted:
     with pytest.MonkeyPatch.context() as patch:
         quicken(patch)
-        return fit(problem_of(tmp_path_factory.mktemp("widened")), **WIDE)
+        return fit(problem_of(wide_folder), **WIDE)
 
 
-def test_finished_fit_is_found_again(tmp_path: Path) -> None:
-    problem = problem_of(tmp_path)
-    first = fit(problem, NONLINEAR)
-    numbers: list[int] = []
-    again = fit(problem, NONLINEAR, lambda done, total, best=None: numbers.append(done))
-    assert again.content == first.content
-    assert len(set(numbers)) == 1
-
-
-def test_progress_rises_and_the_best_error_falls(tmp_path: Path) -> None:
+def test_finished_fit_is_found_again_with_its_error(repeated: Repeated) -> None:
     states: list[tuple[int, int, float]] = []
-    found = fit(problem_of(tmp_path), NONLINEAR, lambda *state: states.append(state))
-    done, total, best = zip(*states, strict=True)
+    again = fit(problem_of(repeated.folder), NONLINEAR, lambda *state: states.append(state))
+    assert again.content == repeated.fitted.content
+    assert len({done for done, *_ in states}) == 1
+    assert states[-1][2] == repeated.fitted.error
+
+
+def test_progress_rises_and_the_best_error_falls(repeated: Repeated) -> None:
+    done, total, best = zip(*repeated.states, strict=True)
     assert list(done) == sorted(done)
     assert all(a <= b for a, b in zip(done, total, strict=True))
     assert list(best) == sorted(best, reverse=True)
-    assert best[-1] == found.error
+    assert best[-1] == repeated.fitted.error
 
 
-def test_beyond_the_dense_limit_the_network_is_widened(
-    widened: Fitted, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    quicken(monkeypatch)
+def test_beyond_the_dense_limit_the_network_is_widened(widened: Fitted, wide_folder: Path) -> None:
     cell = widened.network.cell
     assert (len(cell.a), len(cell.w)) == (4, 12)
     # from the best start of the same multi_start, which is not refined first
     fewest = max(h for h in range(12) if plain(4, 1, h, 1).n_parameters <= 50)
-    problem = problem_of(tmp_path)
-    assert fit(problem, **WIDE).content == widened.content
-    runs = read_checkpoint(problem.checkpoint, torch.device("cpu"))
+    runs = read_checkpoint(problem_of(wide_folder).checkpoint, torch.device("cpu"))
     kept = {name: run for name, run in runs.items() if name.startswith("kept")}
     assert kept.keys() == {f"kept {place}, 4 states, {fewest} units" for place in (0, 1)}
     assert "refined" not in runs
@@ -215,7 +233,7 @@ def test_fit_without_any_finite_error_is_refused(
     outputs[1, 150] = value
     problem = problem_of(tmp_path, validation=(inputs, outputs))
     with refused(TrainingError, "training diverged: no start", "(training.starts)"):
-        fit(problem, {"order": 2, "hidden": hidden})
+        fit(problem, {"order": 2, "hidden": hidden}, starts=2, iterations=1)
 
 
 def test_short_trajectories_and_high_orders_are_refused(tmp_path: Path) -> None:
@@ -227,7 +245,7 @@ def test_short_trajectories_and_high_orders_are_refused(tmp_path: Path) -> None:
         fit(problem_of(tmp_path), {"order": 21, "hidden": 0})
 
 
-@pytest.mark.parametrize("records", [torch.float32, torch.float64])
+@pytest.mark.parametrize("records", first([torch.float32, torch.float64]))
 def test_single_precision_fits_too(tmp_path: Path, records: torch.dtype) -> None:
     """Whatever the precision of the records: programs give either, recipes float64."""
     pairs = [tuple(v.to(records) for v in spring(seed, 4, 200, CUBIC)) for seed in (1, 2)]

@@ -138,7 +138,7 @@ def test_table_of_a_fit_has_the_sizes_of_its_network(
     tmp_path: Path, network: dict[str, Any]
 ) -> None:
     """With it, another fit needs no search."""
-    found = fit(problem_of(tmp_path), network)
+    found = fit(problem_of(tmp_path), network, starts=1, iterations=2)
     cell, table = found.network.cell, found.table
     padding = table.padding if table.hidden else 0
     assert (table.order + padding, table.hidden) == (len(cell.a), len(cell.w))

@@ -1,0 +1,131 @@
+"""Parts of an error bound that do not fit are refused, and a file keeps those that do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounded import bounded_surrogate, with_span, with_tolerances
+from tests.fmu.samples import random_surrogate
+from tests.refusals import refused
+from tests.surrogate.plain_trust import SEEING, SHAPE, record
+
+
+@pytest.mark.parametrize("tolerant", [False, True])
+@pytest.mark.parametrize(("kind", "version"), [("plain", 8), ("seen", 9), ("span", 9)])
+def test_file_keeps_the_bound(kind: str, version: int, tolerant: bool) -> None:
+    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE, (2, 5), kind == "seen")
+    surrogate = with_span(surrogate) if kind == "span" else surrogate
+    surrogate, version = (with_tolerances(surrogate), 10) if tolerant else (surrogate, version)
+    data = surrogate.to_bytes()
+    assert int.from_bytes(data[8:12], "little") == version
+    again = Surrogate.from_bytes(data)
+    assert again.to_bytes() == data
+    inputs = record(surrogate)
+    assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
+    assert again.memory_length == surrogate.memory_length
+    if tolerant:
+        assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
+
+
+def test_file_without_a_bound_is_written_as_before() -> None:
+    surrogate = random_surrogate(SHAPE)
+    assert int.from_bytes(surrogate.to_bytes()[8:12], "little") == 6
+
+
+def test_damaged_file_is_refused() -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    data = surrogate.to_bytes()
+    with refused(PayloadError, "checksum"):
+        Surrogate.from_bytes(data[:200] + b"\xff" + data[201:])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"blocks": (3, 2)}, "blocks of 3 and 2 samples"),
+        ({"blocks": (0, 2)}, "blocks of 0 and 2 samples"),
+        ({"limits": np.zeros(3)}, r"limits .* of shape \(3,\)"),
+        ({"factors": np.full((3, 2), -1.0)}, "finite and positive"),
+        ({"factors": np.array([[3.0, 1], [2, 1], [1, 1]])}, "expected them to rise"),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(changes: dict[str, object], message: str) -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with pytest.raises(ValueError, match=message):
+        replace(bound, **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "tolerances", [np.ones(3), np.ones((2, 1)), np.array([1.0, 0.0]), np.array([np.inf, 1.0])]
+)
+def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
+    tolerances: FloatArray,
+) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "tolerances of an error bound of shape", "expected (2,), finite"):
+        replace(bound, tolerances=tolerances)
+
+
+@pytest.mark.parametrize(
+    "floors", [np.ones(3), np.ones((2, 1)), np.array([1.0, -1e-9]), np.array([np.inf, 1.0])]
+)
+def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArray) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "floors of an error bound", "expected 2 finite numbers"):
+        replace(bound, floors=floors)
+
+
+@pytest.mark.parametrize(
+    "shares", [np.ones(3), np.array([1.0, 0.0]), np.array([1.1, 1.0]), np.array([np.nan, 1.0])]
+)
+def test_shares_of_the_disagreement_are_between_0_and_1(shares: FloatArray) -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    with refused(ValueError, "shares of the disagreement", "expected 2 numbers above 0"):
+        replace(bound, shares=shares)
+
+
+def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    count = bound.n_logarithms
+    for quietest in (np.zeros(count + 1), np.full(count, -np.inf), np.full(count, np.nan)):
+        with refused(ValueError, "quietest logarithms", f"expected ({count},), all of them"):
+            replace(bound, quietest=quietest)
+
+
+def test_tolerances_floors_and_quietest_logarithms_come_together() -> None:
+    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    assert bound is not None
+    for name in ("tolerances", "floors", "quietest"):
+        with refused(ValueError, f"error bound without {name}; expected all or none"):
+            replace(bound, **{name: None})
+
+
+def test_tolerances_of_a_bound_that_does_not_see_the_estimator_are_refused() -> None:
+    """A file with tolerances says by its version that the head sees the estimates."""
+    surrogate = bounded_surrogate(SEEING)
+    with refused(ValueError, "does not use the error estimator", "fit the bound again"):
+        with_tolerances(surrogate)
+
+
+def test_bound_of_layers_is_refused() -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    layers = random_surrogate(replace(SHAPE, cell=None))
+    with refused(ValueError, "state-space networks without physical parameters"):
+        replace(layers, bound=bound)
+
+
+def test_companion_of_another_window_is_refused() -> None:
+    bound = bounded_surrogate(replace(SHAPE, n_in=11)).bound
+    with refused(ValueError, "expected"):
+        replace(random_surrogate(SHAPE), bound=bound)

@@ -37,6 +37,8 @@ Surrogates = Mapping[str, Path]
 FIRST, FACTOR, TIMES = 0.0001, 2**0.25, (1, 2, 5, 10, 20, 50, 100)
 """Explicit steps grow from the first one in s by this factor; implicit ones are tried at these
 multiples of the longest stable explicit step."""
+PARTS = (2, 5, 10)
+"""Parts of the machine's step at which explicit steps are tried too."""
 FREE_STEPS, REST = (60, 3000), 3.0
 """A partner that was let go must come to rest within this time in s, in a number of steps between
 these."""
@@ -105,16 +107,30 @@ def is_stable(
 
 
 def stability(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str, Any]:
-    """Return the longest stable explicit step in s, and how far the implicit method goes."""
-    step, how = FIRST, METHODS["gauss_seidel"]
-    if not is_stable(machine, folder, surrogates, step, how):
+    """Return the longest stable explicit step in s, and how far the implicit method goes.
+
+    The search begins at the machine's step, or at the first of all where that is unstable: a
+    surrogate may be stable at its own step, but not at parts of it.
+    """
+    how = METHODS["gauss_seidel"]
+
+    def stable(step: float) -> bool:
+        return is_stable(machine, folder, surrogates, step, how)
+
+    step = machine.step if stable(machine.step) else FIRST
+    if not stable(step):
         return {"unstable_s": step}
-    while is_stable(machine, folder, surrogates, step * FACTOR, how):
+    while stable(step * FACTOR):
         step *= FACTOR
-    stable = [
-        n for n in TIMES if is_stable(machine, folder, surrogates, n * step, METHODS["newton"])
-    ]
-    return {"gauss_seidel_s": step, "newton, stable at these multiples": stable}
+    return {
+        "gauss_seidel_s": step,
+        "gauss_seidel, stable at these parts of the machine's step": [
+            part for part in PARTS if stable(machine.step / part)
+        ],
+        "newton, stable at these multiples": [
+            n for n in TIMES if is_stable(machine, folder, surrogates, n * step, METHODS["newton"])
+        ],
+    }
 
 
 def cost(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str, float]:

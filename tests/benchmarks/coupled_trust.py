@@ -23,8 +23,9 @@ from slide_fmu.cosim.run import run_fmu, unpacked
 from tests.own_models.halves.cut_car import road, whole
 
 CONFIDENCE = 0.95
-FINER = 4
-"""Parts of a step in which the truth follows the motion of the body."""
+FINER = 32
+"""Parts of a step in which the truth follows its inputs. A force that damps follows their slopes,
+which are constant over each part: with 4 parts it was up to 5 N wrong for the car."""
 
 PRACTICAL = 1e-6
 """Relative tolerance of an integration that is accurate enough for most purposes."""
@@ -36,8 +37,15 @@ def has_bound(fmu: Path) -> bool:
         return "trusted" in files.references
 
 
-def bound_in_the_loop(run: Coupled, surrogate: Path, reference: Path) -> dict[str, float]:
-    """Return how often the bound of a car's lower half holds at the samples of a run."""
+def bound_in_the_loop(
+    runs: Sequence[Coupled], surrogate: Path, reference: Path
+) -> dict[str, float]:
+    """Return how often the bound of a car's lower half holds, as means over runs."""
+    found = [_bound_in_a_run(run, surrogate, reference) for run in runs]
+    return {name: float(np.mean([one[name] for one in found])) for name in found[0]}
+
+
+def _bound_in_a_run(run: Coupled, surrogate: Path, reference: Path) -> dict[str, float]:
     body = CubicHermiteSpline(run.time, run["upper.position"], run["upper.speed"])
     inputs = {"road": (run.time, run["lower.road"]), "body": lambda t: float(body(t))}
     true = truth(reference, inputs, run, "force")

@@ -96,9 +96,11 @@ class ClosedLoop:
         """
         self._require_stable(partner)
         column = self._at.input
+        shares = np.ones_like(self._middles)
+        shares[column] = partner.outer
         for attempt in range(TRIES):
             smaller = SMALLER**attempt
-            inputs = self._middles + smaller * (outer - self._middles)
+            inputs = self._middles + smaller * shares * (outer - self._middles)
             at_samples = inputs[parts - 1 :: parts].copy()
             left = self._run(at_samples, partner, factor * self._half)
             if left is None:

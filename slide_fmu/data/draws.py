@@ -137,8 +137,17 @@ def attempted(stream: Stream, attempt: int) -> Stream:
     return replace(stream, factors=(1.0, 1.0)) if left_out else stream
 
 
-def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: int = 0) -> Draw:
+def draw(
+    recipe: Recipe,
+    system: System,
+    stream: Stream,
+    index: int,
+    attempt: int = 0,
+    kind: int | None = None,
+) -> Draw:
     """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
+
+    The kind of motion is drawn too, unless its place in the recipe's mix is given.
 
     A further ``attempt`` is another draw, for a trajectory that could not be simulated. Two
     systems of one recipe (a fast model and its reference) get the same inputs, but initial states
@@ -149,7 +158,7 @@ def draw(recipe: Recipe, system: System, stream: Stream, index: int, attempt: in
         SimulationError: the inputs of a loop leave their ranges, or the system failed in it.
         ValueError: the stream's trajectories hold no sample, or more than fit into memory.
     """
-    drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt, closed=True)
+    drawn, rng = _drawn_inputs(recipe, system, stream, index, attempt, True, kind)
     if isinstance(system, RandomStates):
         first = drawn.inputs[0] if drawn.between is None else drawn.between[0]
         return replace(drawn, initial=system.random_state(rng, first))
@@ -163,11 +172,17 @@ def draw_inputs(
 
     Loops stay open: their motions have the inputs from outside. Arguments are those of ``draw``.
     """
-    return _drawn_inputs(recipe, system, stream, index, attempt, closed=False)[0]
+    return _drawn_inputs(recipe, system, stream, index, attempt, False)[0]
 
 
 def _drawn_inputs(
-    recipe: Recipe, system: System, stream: Stream, index: int, attempt: int, closed: bool
+    recipe: Recipe,
+    system: System,
+    stream: Stream,
+    index: int,
+    attempt: int,
+    closed: bool,
+    kind: int | None = None,
 ) -> tuple[Draw, np.random.Generator]:
     step, duration = recipe.window.step, stream.duration
     if not 0.5 < duration / step < MOST_SAMPLES:
@@ -180,7 +195,7 @@ def _drawn_inputs(
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
     kinds = recipe.mix()
-    kind = choose_kind(kinds, rng)
+    kind = choose_kind(kinds, rng) if kind is None else kind
     chosen, usual = kinds[kind], recipe.data.excitation
     outer = usual[choose_kind(usual, rng)] if isinstance(chosen, LoopRecipe) else chosen
     finest = recipe.data.substeps if moves(system.inputs) else 1

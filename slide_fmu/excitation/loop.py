@@ -28,6 +28,11 @@ ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
 
 MASS, INERTIA = "kg", "kg.m2"
 
+LEAST_OUTER = 0.01
+"""Smallest share of what is drawn from outside that acts on a partner. In most machines little
+does: other inputs of the system move it. Forces are small then, and a bound that was calibrated
+without such motions does not hold for them."""
+
 
 @dataclass(frozen=True)
 class Partner:
@@ -37,11 +42,13 @@ class Partner:
         mass: in kg, or kg.m2; 0 where it is driven by a displacement.
         stiffness: in N/m, or N.m/rad.
         damping: in N.s/m, or N.m.s/rad.
+        outer: share of the outer force, or of the motion of its other end, that acts on it.
     """
 
     mass: float
     stiffness: float
     damping: float
+    outer: float = 1.0
 
     def response(self, angular_frequency: FloatArray) -> NDArray[np.complex128]:
         """Return the answer of the system's input to its output, (F,), at frequencies in rad/s.
@@ -77,8 +84,8 @@ class LoopRecipe(Table):
     """A table ``[[loop]]`` draws motions in which an output decides an input through a partner.
 
     The partners have random values in the ranges. The inputs are drawn as by a kind of
-    ``data.excitation``. What is drawn for the input of the loop acts as an outer force on the
-    partner, or moves its other end. Nothing else of a simulation is coupled.
+    ``data.excitation``. A random share, 1 to 100 %, of what is drawn for the loop's input acts as
+    an outer force on the partner, or moves its other end. Nothing else is coupled.
 
     Attributes:
         output: output that acts on the partner: a force or moment, or a displacement or angle.
@@ -149,11 +156,11 @@ class LoopRecipe(Table):
         return made
 
     def partner(self, rng: np.random.Generator) -> Partner:
-        """Draw a partner."""
+        """Draw a partner, and the share of the outer force that acts on it."""
         mass, stiffness, damping = (
             _between(pair, rng) for pair in (self.mass, self.stiffness, self.damping)
         )
-        return Partner(mass, stiffness, damping)
+        return Partner(mass, stiffness, damping, outer=_between((LEAST_OUTER, 1.0), rng))
 
     def typical_partners(self) -> list[Partner]:
         """Return the partners at both ends of the ranges and in their geometric middle."""

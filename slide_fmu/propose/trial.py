@@ -12,7 +12,7 @@ from pathlib import Path
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import Signal
-from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
+from slide_fmu.data.draws import PROBE, Draw, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
 from slide_fmu.excitation.loop import LoopRecipe
@@ -244,12 +244,7 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
                 untried += 1
                 continue
             try:
-                of_kind = (
-                    recipe.in_loop(kind)
-                    if isinstance(kind, LoopRecipe)
-                    else recipe.with_kinds((kind,))
-                )
-                simulate_draw(system, draw(of_kind, system, stream, 0))
+                simulate_draw(system, _drawn(recipe, system, stream, kind))
             except SimulationError as error:
                 failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
                 failed[-1] += str(error)
@@ -265,6 +260,13 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
             f"there was no time to simulate {untried} of the kinds of motions that the run needs"
         )
     return tuple(remarks)
+
+
+def _drawn(recipe: Recipe, system: System, stream: Stream, kind: Excitation | LoopRecipe) -> Draw:
+    """Draw a motion of one kind; in a loop, the outer inputs are of the recipe's other kinds."""
+    if isinstance(kind, LoopRecipe):
+        return draw(recipe, system, stream, 0, kind=recipe.mix().index(kind))
+    return draw(recipe.with_kinds((kind,)), system, stream, 0)
 
 
 def _failures_beyond_parameters(case: Case) -> str | None:

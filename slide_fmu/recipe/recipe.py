@@ -35,9 +35,6 @@ LEARNT = ("train", "companion", "bound")
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Names of the stored splits. Test trajectories are drawn anew for every validation."""
 
-ALL = 1e12
-"""A weight this many times as large as all others leaves hardly a motion to them."""
-
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
 """The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""
 
@@ -108,11 +105,6 @@ class Recipe(Table):
     def without_loops(self) -> Recipe:
         """Return the recipe whose motions are of the kinds ``data.excitation`` alone."""
         return self.model_copy(update={"loop": ()})
-
-    def in_loop(self, loop: LoopRecipe) -> Recipe:
-        """Return the recipe whose motions are nearly all in one of its loops."""
-        rest = sum(kind.weight for kind in self.data.excitation)
-        return self.model_copy(update={"loop": (loop.model_copy(update={"weight": ALL * rest}),)})
 
     def further_kinds(self) -> tuple[Excitation, ...]:
         """Return the kinds of excitation that the error bound alone learns from."""

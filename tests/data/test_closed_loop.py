@@ -84,6 +84,16 @@ def test_damped_partner_comes_to_rest() -> None:
     assert np.abs(way[500:]).max() < 2.0 * whole * np.exp(-20.0 / 10.0 * 5.0)
 
 
+def test_share_of_the_outer_force_moves_a_partner_by_this_share() -> None:
+    """Without it, only the other inputs move the partner; both systems are linear."""
+    whole, half, none = (
+        free_vibration(LoopRecipe(**MOVED), Spring(STEP), Partner(5.0, 0.0, 20.0, outer), 20.0)
+        for outer in (1.0, 0.5, 0.0)
+    )
+    np.testing.assert_allclose(half, 0.5 * whole, atol=1e-9)
+    np.testing.assert_allclose(none, 0.0, atol=1e-12)
+
+
 def test_spring_on_an_oscillator_has_the_natural_frequency_of_both() -> None:
     way = free_vibration(LoopRecipe(**DEFORMED), Oscillator(STEP), Partner(0, 1000.0, 0.0), 20.0)
     true = np.sqrt((STIFFNESS + 1000.0) / MASS) / (2 * np.pi)

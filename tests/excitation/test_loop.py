@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.excitation.loop import LoopRecipe, Partner
+from slide_fmu.excitation.loop import LEAST_OUTER, LoopRecipe, Partner
 
 BODY = (Signal("body", "m", -0.1, 0.1), Signal("road", "m", -0.1, 0.1))
 FORCE = (Signal("force", "N", -1.0, 1.0),)
@@ -50,6 +50,10 @@ def test_partners_are_drawn_evenly_in_the_logarithm() -> None:
     assert masses.max() <= 400.0
     assert np.median(masses) == pytest.approx(np.sqrt(12.0 * 400.0), rel=0.1)
     assert np.median([p.stiffness for p in partners]) == pytest.approx(5.0, rel=0.1)
+    outer = [partner.outer for partner in partners]
+    assert min(outer) > LEAST_OUTER
+    assert max(outer) < 1.0
+    assert np.median(outer) == pytest.approx(np.sqrt(LEAST_OUTER), rel=0.1)
     ends = [partner.mass for partner in LoopRecipe(**CAR).typical_partners()]
     assert ends == pytest.approx([12.0, np.sqrt(12.0 * 400.0), 400.0])
 

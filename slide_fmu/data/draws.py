@@ -206,7 +206,7 @@ def _drawn_inputs(
     if isinstance(chosen, LoopRecipe) and closed:
         assert isinstance(system, Stepping)  # a case with loops has no other system
         inputs, parts = straight(inputs, finest // parts), finest
-        partner = chosen.partner(rng)
+        partner = chosen.partner(rng, alone=len(system.inputs) == 1)
         inputs = ClosedLoop(chosen, system).inputs(inputs, partner, parts, max(factor, 1.0))
     if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
         inputs = within_ranges(system.inputs, inputs)

@@ -28,10 +28,11 @@ ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
 
 MASS, INERTIA = "kg", "kg.m2"
 
-LEAST_OUTER = 0.01
-"""Smallest share of what is drawn from outside that acts on a partner. In most machines little
-does: other inputs of the system move it. Forces are small then, and a bound that was calibrated
-without such motions does not hold for them."""
+LEAST_OUTER, LEAST_ALONE = 1e-4, 0.1
+"""Smallest shares of what is drawn from outside that act on a partner: where the system has other
+inputs, and where it has none. In most machines nothing acts on the partner from outside, and the
+other inputs move it. Forces are small then, and a bound that was calibrated without such motions
+does not hold for them. With no other input, hardly anything would move."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class LoopRecipe(Table):
     """A table ``[[loop]]`` draws motions in which an output decides an input through a partner.
 
     The partners have random values in the ranges. The inputs are drawn as by a kind of
-    ``data.excitation``. A random share, 1 to 100 %, of what is drawn for the loop's input acts as
-    an outer force on the partner, or moves its other end. Nothing else is coupled.
+    ``data.excitation``. A random share of what is drawn for the loop's input acts as an outer
+    force on the partner, or moves its other end; often nearly none. Nothing else is coupled.
 
     Attributes:
         output: output that acts on the partner: a force or moment, or a displacement or angle.
@@ -155,12 +156,16 @@ class LoopRecipe(Table):
             )
         return made
 
-    def partner(self, rng: np.random.Generator) -> Partner:
-        """Draw a partner, and the share of the outer force that acts on it."""
+    def partner(self, rng: np.random.Generator, alone: bool) -> Partner:
+        """Draw a partner, and the share of the outer force that acts on it.
+
+        ``alone`` says that the system has no input but the loop's.
+        """
         mass, stiffness, damping = (
             _between(pair, rng) for pair in (self.mass, self.stiffness, self.damping)
         )
-        return Partner(mass, stiffness, damping, outer=_between((LEAST_OUTER, 1.0), rng))
+        least = LEAST_ALONE if alone else LEAST_OUTER
+        return Partner(mass, stiffness, damping, outer=_between((least, 1.0), rng))
 
     def typical_partners(self) -> list[Partner]:
         """Return the partners at both ends of the ranges and in their geometric middle."""

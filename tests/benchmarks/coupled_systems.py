@@ -12,23 +12,33 @@ import argparse
 import math
 import tempfile
 import time
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
-from tests.own_models.systems.cut_machine import CutMachine, Partner, relative_error
+from tests.benchmarks.coupled_trust import FINER, has_bound, replayed, truth
+from tests.own_models.systems.cut_machine import CutMachine, relative_error
 
 METHODS: dict[str, dict[str, str]] = {
     "newton": {"method": "newton"},
     "gauss_seidel": {"method": "gauss_seidel"},
 }
+Surrogates = Mapping[str, Path]
+"""FMUs of surrogates, by the component that they replace: ``half`` or ``partner``."""
+
 FIRST, FACTOR, TIMES = 0.0001, 2**0.25, (1, 2, 5, 10, 20, 50, 100)
 """Explicit steps grow from the first one in s by this factor; implicit ones are tried at these
 multiples of the longest stable explicit step."""
+PARTS = (2, 5, 10)
+"""Parts of the machine's step at which explicit steps are tried too."""
 FREE_STEPS, REST = (60, 3000), 3.0
 """A partner that was let go must come to rest within this time in s, in a number of steps between
 these."""
@@ -40,16 +50,13 @@ STEPS = (400, 24)
 
 
 def accuracy(
-    machine: CutMachine, folder: Path, half: Path | None, stop: float, seed: int, partner: Partner
+    run_with: Callable[..., Coupled], true: Mapping[str, FloatArray], machine: CutMachine
 ) -> dict[str, Any]:
     """Return errors, iterations and the energy that was added, of both methods."""
-    step = machine.step
-    command = machine.drive(partner, seed, stop)
-    true = machine.whole(partner, command, step, stop)
     found: dict[str, Any] = {}
     for name, how in METHODS.items():
         try:
-            run = machine.run(folder, half, partner, command, step, stop, **how)
+            run = run_with(**how)
         except CoSimulationError as error:
             found[name] = {"failed": str(error)}
             continue
@@ -61,7 +68,7 @@ def accuracy(
         }
         errors = {
             response: {
-                part: rms_error(run[f"partner.{response}"][where], values[where], values)
+                part: rms_error(run[_named(response)][where], values[where], values)
                 for part, where in parts.items()
             }
             for response, values in true.items()
@@ -69,10 +76,15 @@ def accuracy(
         figures = run.figures
         found[name] = {"errors": errors, "iterations": figures.iterations}
         found[name]["most iterations"] = figures.most_iterations
-        if name == "newton":
-            added = run["partner.work"][-1] - machine.work(run, step)
+        if name == "newton" and "partner.work" in run.values:
+            added = run["partner.work"][-1] - machine.work(run, machine.step)
             found[name]["energy added"] = float(added / run["partner.exchanged"][-1])
     return found
+
+
+def _named(response: str) -> str:
+    """Return the name in a run of a response, which is the partner's if it names no component."""
+    return response if "." in response else f"partner.{response}"
 
 
 def rms_error(found: FloatArray, true: FloatArray, whole: FloatArray) -> float:
@@ -80,30 +92,48 @@ def rms_error(found: FloatArray, true: FloatArray, whole: FloatArray) -> float:
     return relative_error(found, true) * float(true.std() / whole.std())
 
 
-def is_stable(machine: CutMachine, folder: Path, half: Path | None, step: float, how: Any) -> bool:
+def is_stable(
+    machine: CutMachine, folder: Path, surrogates: Surrogates, step: float, how: Any
+) -> bool:
     """Return whether a partner that is let go comes to rest."""
     partner, response, begun = machine.free
     count = min(max(FREE_STEPS[0], math.ceil(REST / step)), FREE_STEPS[1])
     try:
-        run = machine.run(folder, half, partner, 0.0, step, count * step, **how)
+        run = machine.run(folder, surrogates, partner, machine.let_go, step, count * step, **how)
     except CoSimulationError:
         return False
     last = np.abs(run[f"partner.{response}"][-count // 4 :])
     return bool(last.max() < 0.5 * begun)
 
 
-def stability(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, Any]:
-    """Return the longest stable explicit step in s, and how far the implicit method goes."""
-    step, how = FIRST, METHODS["gauss_seidel"]
-    if not is_stable(machine, folder, half, step, how):
+def stability(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str, Any]:
+    """Return the longest stable explicit step in s, and how far the implicit method goes.
+
+    The search begins at the machine's step, or at the first of all where that is unstable: a
+    surrogate may be stable at its own step, but not at parts of it.
+    """
+    how = METHODS["gauss_seidel"]
+
+    def stable(step: float) -> bool:
+        return is_stable(machine, folder, surrogates, step, how)
+
+    step = machine.step if stable(machine.step) else FIRST
+    if not stable(step):
         return {"unstable_s": step}
-    while is_stable(machine, folder, half, step * FACTOR, how):
+    while stable(step * FACTOR):
         step *= FACTOR
-    stable = [n for n in TIMES if is_stable(machine, folder, half, n * step, METHODS["newton"])]
-    return {"gauss_seidel_s": step, "newton, stable at these multiples": stable}
+    return {
+        "gauss_seidel_s": step,
+        "gauss_seidel, stable at these parts of the machine's step": [
+            part for part in PARTS if stable(machine.step / part)
+        ],
+        "newton, stable at these multiples": [
+            n for n in TIMES if is_stable(machine, folder, surrogates, n * step, METHODS["newton"])
+        ],
+    }
 
 
-def cost(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, float]:
+def cost(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str, float]:
     """Return CPU times of a step in s at the machine's step, without the begin of a run."""
     partner = next(iter(machine.partners.values()))
     command = machine.drive(partner, SEED, STEPS[0] * machine.step)
@@ -111,7 +141,7 @@ def cost(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, floa
     def cpu_time(steps: int, how: Any) -> float:
         before = time.process_time()
         stop = steps * machine.step
-        machine.run(folder, half, partner, command, machine.step, stop, **how)
+        machine.run(folder, surrogates, partner, command, machine.step, stop, **how)
         return time.process_time() - before
 
     def of_a_step(steps: int, how: Any) -> float:
@@ -125,25 +155,66 @@ def cost(machine: CutMachine, folder: Path, half: Path | None) -> dict[str, floa
     return {**found, "newton over gauss_seidel": found["newton"] / found["gauss_seidel"]}
 
 
+def bounds(machine: CutMachine, folder: Path, surrogates: Surrogates, stop: float) -> Any:
+    """Return how often error bounds hold in a run, by component; none have some surrogates."""
+    partner = next(iter(machine.partners.values()))
+    command, step = machine.drive(partner, SEED, stop), machine.step
+    run = machine.run(folder, surrogates, partner, command, step, stop)
+    found = {}
+    for name in (name for name, fmu in surrogates.items() if has_bound(fmu)):
+        sources, targets = zip(*machine.links, strict=True)
+        inputs = [one.partition(".")[2] for one in targets if one.startswith(f"{name}.")]
+        given = {one: CubicSpline(run.time, run[f"{name}.{one}"]) for one in inputs}
+        if name == "partner":
+            given[machine.command] = command
+        output = next(one.partition(".")[2] for one in sources if one.startswith(f"{name}."))
+        finer = step / FINER
+        exact = (
+            machine.write_half(folder, finer)
+            if name == "half"
+            else machine.write_partner(folder, finer, partner)
+        )
+        true = truth(exact, given, run, output)
+        found[name] = replayed(run, name, surrogates[name], list(given), output, true)
+    return found
+
+
+def kinds_of(arguments: argparse.Namespace) -> dict[str, Surrogates]:
+    """Return the surrogates of each kind of run."""
+    named = {"half": arguments.surrogate, "partner": arguments.partner}
+    given = {name: fmu for name, fmu in named.items() if fmu is not None}
+    kinds: dict[str, Surrogates] = {"exact halves": {}}
+    if len(given) > 1:
+        kinds |= {f"surrogate of the {name}": {name: fmu} for name, fmu in given.items()}
+    if given:
+        kinds["surrogate" if len(given) == 1 else "two surrogates"] = given
+    return kinds
+
+
 def measure(machine: CutMachine, arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
-    """Measure all figures of a machine, with exact halves and with a surrogate."""
-    halves = {"exact halves": None}
-    if arguments.surrogate is not None:
-        halves["surrogate"] = arguments.surrogate
+    """Measure all figures of a machine, with exact halves and with surrogates."""
+    kinds = kinds_of(arguments)
     found: dict[str, Any] = {"duration_s": arguments.stop, "step_s": machine.step}
-    work = [(kind, name) for kind in halves for name in machine.partners]
-    progress = bar("coupled")
+    found |= {kind: {} for kind in kinds}
+    work = [(name, kind) for name in machine.partners for kind in kinds]
+    progress, step, stop = bar("coupled"), machine.step, arguments.stop
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        for number, (kind, name) in enumerate(work):
+        for number, (name, kind) in enumerate(work):
             progress(number, len(work))
-            seed = SEED + list(machine.partners).index(name)
-            found.setdefault(kind, {})[name] = accuracy(
-                machine, folder, halves[kind], arguments.stop, seed, machine.partners[name]
-            )
-        for kind, half in halves.items() if arguments.steps else []:
-            found[kind]["stable steps"] = stability(machine, folder, half)
-            found[kind]["seconds of a step"] = cost(machine, folder, half)
+            partner = machine.partners[name]
+            if number % len(kinds) == 0:
+                seed = SEED + number // len(kinds)
+                command = machine.drive(partner, seed, stop)
+                true = machine.whole(partner, command, step, stop)
+            ride = partial(machine.run, folder, kinds[kind], partner, command, step, stop)
+            found[kind][name] = accuracy(ride, true, machine)
+        for kind, surrogates in kinds.items() if arguments.steps else []:
+            found[kind]["stable steps"] = stability(machine, folder, surrogates)
+            found[kind]["seconds of a step"] = cost(machine, folder, surrogates)
+        for kind, surrogates in kinds.items():
+            if any(map(has_bound, surrogates.values())):
+                found[kind]["bounds"] = bounds(machine, folder, surrogates, stop)
         progress(len(work), len(work))
     return found
 
@@ -154,6 +225,7 @@ def parser_of(text: str | None) -> argparse.ArgumentParser:
         description=text, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--surrogate", type=Path, help="FMU in the place of the exact half")
+    parser.set_defaults(partner=None)  # the partner's place, which some benchmarks offer
     parser.add_argument("--stop", type=float, default=60.0, help="duration of a run in s")
     parser.add_argument(
         "--no-steps", dest="steps", action="store_false", help="no stable steps and no CPU times"

@@ -71,6 +71,6 @@ def test_halves_follow_the_whole_machine(tmp_path: Path) -> None:
     partner, step, stop = BOOM_CYLINDER.partners["piston 20 kg"], 0.01, 1.5
     command = BOOM_CYLINDER.drive(partner, 1, stop)
     true = BOOM_CYLINDER.whole(partner, command, step, stop)
-    run = BOOM_CYLINDER.run(tmp_path, None, partner, command, step, stop)
+    run = BOOM_CYLINDER.run(tmp_path, {}, partner, command, step, stop)
     for name, values in true.items():
         assert relative_error(run[f"partner.{name}"], values) < 0.02

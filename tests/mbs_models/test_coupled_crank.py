@@ -54,7 +54,7 @@ def test_halves_follow_the_whole_machine(tmp_path: Path) -> None:
     partner = {"inertia": 0.5}
     command, step, stop = MOTOR_CRANK.drive(partner, 1, 1.5), 0.01, 1.5
     true = MOTOR_CRANK.whole(partner, command, step, stop)
-    run = MOTOR_CRANK.run(tmp_path, None, partner, command, step, stop)
+    run = MOTOR_CRANK.run(tmp_path, {}, partner, command, step, stop)
     for name, values in true.items():
         assert relative_error(run[f"partner.{name}"], values) < 0.01
     added = run["partner.work"][-1] - MOTOR_CRANK.work(run, step)

@@ -25,24 +25,26 @@ Partner = Mapping[str, float]
 
 @dataclass(frozen=True)
 class CutMachine:
-    """A CutMachine has a half that a surrogate may replace, and a partner that takes its force.
+    """A CutMachine has a half and a partner that takes its force; surrogates may replace them.
 
     Attributes:
-        half: class of the half, whose parameters ``step`` and ``substeps`` are its steps.
+        half: class of the half, whose parameters ``step`` and ``substeps`` are its steps; or its
+            equations in a file, as those of the partner.
         partner: model of the partner; its outputs ``work`` and ``exchanged``, in J, are the work
-            on the half and the energy that passed the cut.
+            on the half and the energy that passed the cut, where it has them.
         partners: their parameters, by the words that name them.
         links: connections of the components ``half`` and ``partner``.
         force, motion: the output of the half, and the inputs of the half that move.
         command: the partner's input that moves it.
         step: communication step in s.
-        integration: longest integration step of the half in s.
+        integration: longest integration step of the half in s; None of equations.
         free: parameters of a partner that is let go and must come to rest, its output that shows
             it, and the largest value at the start.
         drive: gives the command over time of a partner, from a seed and an end time in s.
         whole: gives the true responses at the communication points of a step in s, from the
             partner and the command.
         place: gives the way on which the force does work, from the inputs of the half, (N, n).
+        let_go: command of the partner that is let go.
     """
 
     half: str
@@ -53,11 +55,12 @@ class CutMachine:
     motion: Sequence[str]
     command: str
     step: float
-    integration: float
+    integration: float | None
     free: tuple[Partner, str, float]
     drive: Callable[[Partner, int, float], Callable[[FloatArray], FloatArray]]
     whole: Callable[[Partner, Callable[[FloatArray], FloatArray], float, float], Any]
     place: Callable[[FloatArray], FloatArray]
+    let_go: Callable[[float], float] | float = 0.0
 
     def half_system(self, step: float) -> Stepping:
         """Make the exact half with a step in s."""
@@ -66,6 +69,8 @@ class CutMachine:
         return system
 
     def _half(self, step: float) -> Specification:
+        if self.integration is None:
+            return Specification(self.half, {}, step, "function")
         substeps = max(1, math.ceil(step / self.integration - 1e-9))
         return Specification(self.half, {"step": step, "substeps": substeps})
 
@@ -83,25 +88,25 @@ class CutMachine:
     def run(
         self,
         folder: Path,
-        half: Path | None,
+        surrogates: Mapping[str, Path],
         partner: Partner,
         command: Any,
         step: float,
         stop: float,
         **how: Any,
     ) -> Coupled:
-        """Run the halves together; without a surrogate as half, the exact one."""
-        halves = {
-            "partner": self.write_partner(folder, step, partner),
-            "half": half or self.write_half(folder, step),
+        """Run ``partner`` and ``half`` together; those without a surrogate are exact."""
+        exact = {
+            "partner": lambda: self.write_partner(folder, step, partner),
+            "half": lambda: self.write_half(folder, step),
         }
         return couple(
-            halves,
+            {name: surrogates.get(name) or write() for name, write in exact.items()},
             self.links,
             step=step,
             stop=stop,
             inputs={f"partner.{self.command}": command},
-            moving=["partner"] if half else ["partner", "half"],
+            moving=[name for name in exact if name not in surrogates],
             **how,
         )
 

@@ -1,0 +1,39 @@
+"""A machine is cut in two such that surrogates may replace both halves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import slide_fmu as slide
+from tests.apps.couple.test_own_fmus import DUFFING
+from tests.apps.couple.test_refusals import write_gain
+from tests.own_models.systems.car_in_two import CAR_IN_TWO
+from tests.own_models.systems.cut_machine import relative_error
+
+
+def test_halves_of_a_car_follow_the_whole_car(tmp_path: Path) -> None:
+    step, stop = CAR_IN_TWO.step, 2.0
+    road = CAR_IN_TWO.drive({}, 1, stop)
+    true = CAR_IN_TWO.whole({}, road, step, stop)
+    run = CAR_IN_TWO.run(tmp_path, {}, {}, road, step, stop)
+    assert relative_error(run["partner.wheel"], true["wheel"]) < 0.005
+    assert relative_error(run["half.force"], true["half.force"]) < 0.01
+
+
+def test_derivatives_of_two_surrogates_in_a_circle_meet_in_few_iterations(tmp_path: Path) -> None:
+    """Two oscillators, each of which is pushed by a gain of the other's position."""
+    gain = write_gain(tmp_path)
+    names = ("one", "two")
+    links = [
+        link
+        for a, b in (names, names[::-1])
+        for link in ((f"{a}.position", f"{a}_gain.u"), (f"{a}_gain.y", f"{b}.force"))
+    ]
+    gains = {f"{name}_gain": gain for name in names}
+    run = slide.couple({**dict.fromkeys(names, DUFFING), **gains}, links, step=0.03, stop=1.2)
+    for a, b in (names, names[::-1]):
+        expected = 1 + 0.5 * run[f"{a}.position"][1:]
+        assert run[f"{b}.force"][1:] == pytest.approx(expected, rel=1e-3, abs=1e-6)
+    assert run.figures.iterations <= 3

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import fmpy
 import pytest
 
+from slide_fmu.core import files
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import Load, Loaded, Native
@@ -19,12 +22,18 @@ def _binaries() -> None:
     build_libraries()
 
 
+STORED = SimpleNamespace(**{**vars(zipfile), "ZIP_DEFLATED": zipfile.ZIP_STORED})
+"""Compressing the libraries would take most of the time of a test."""
+
+
 @pytest.fixture
 def load(tmp_path: Path) -> Load:
     """Export and unpack a surrogate."""
 
     def loaded(surrogate: Surrogate) -> Loaded:
-        path = export_fmu(surrogate, tmp_path / f"{surrogate.name}.fmu")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(files, "zipfile", STORED)
+            path = export_fmu(surrogate, tmp_path / f"{surrogate.name}.fmu")
         folder = Path(fmpy.extract(str(path), str(tmp_path / surrogate.name)))
         return Loaded(surrogate, path, folder)
 

@@ -24,6 +24,8 @@ from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surr
 from tests.marks import essential, every
 
 AT_STEP_END = 12_000_000
+STEPS = 36
+"""Steps of a run: a few windows."""
 
 
 def moving(shape: Shape) -> Surrogate:
@@ -52,8 +54,8 @@ def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
     load: Load, shape: Shape, pattern: str
 ) -> None:
     surrogate = moving(shape)
-    lengths = ({"whole": [1.0], "double": [2.0], **PATTERNS}[pattern] * 60)[:60]
-    rows, oracle = moving_inputs(surrogate, 60), Moving(surrogate)
+    lengths = ({"whole": [1.0], "double": [2.0], **PATTERNS}[pattern] * STEPS)[:STEPS]
+    rows, oracle = moving_inputs(surrogate, STEPS), Moving(surrogate)
     found = go(load(surrogate).instance().start(), surrogate, lengths, rows)
     n = len(surrogate.outputs)
     for k, (length, row) in enumerate(zip(lengths, rows, strict=True)):

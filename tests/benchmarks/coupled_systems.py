@@ -156,27 +156,31 @@ def cost(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str,
 
 
 def bounds(machine: CutMachine, folder: Path, surrogates: Surrogates, stop: float) -> Any:
-    """Return how often error bounds hold in a run, by component; none have some surrogates."""
-    partner = next(iter(machine.partners.values()))
-    command, step = machine.drive(partner, SEED, stop), machine.step
-    run = machine.run(folder, surrogates, partner, command, step, stop)
-    found = {}
-    for name in (name for name, fmu in surrogates.items() if has_bound(fmu)):
-        sources, targets = zip(*machine.links, strict=True)
-        inputs = [one.partition(".")[2] for one in targets if one.startswith(f"{name}.")]
-        given = {one: CubicSpline(run.time, run[f"{name}.{one}"]) for one in inputs}
-        if name == "partner":
-            given[machine.command] = command
-        output = next(one.partition(".")[2] for one in sources if one.startswith(f"{name}."))
-        finer = step / FINER
-        exact = (
-            machine.write_half(folder, finer)
-            if name == "half"
-            else machine.write_partner(folder, finer, partner)
-        )
-        true = truth(exact, given, run, output)
-        found[name] = replayed(run, name, surrogates[name], list(given), output, true)
-    return found
+    """Return how often error bounds hold, by component, as means over runs of all partners."""
+    found: dict[str, list[dict[str, float]]] = {}
+    short = machine.step * round(stop / len(machine.partners) / machine.step)
+    for number, partner in enumerate(machine.partners.values()):
+        command = machine.drive(partner, SEED + number, short)
+        run = machine.run(folder, surrogates, partner, command, machine.step, short)
+        for name in (name for name, fmu in surrogates.items() if has_bound(fmu)):
+            exact = (
+                machine.write_half(folder, machine.step / FINER)
+                if name == "half"
+                else machine.write_partner(folder, machine.step / FINER, partner)
+            )
+            sources, targets = zip(*machine.links, strict=True)
+            inputs = [one.partition(".")[2] for one in targets if one.startswith(f"{name}.")]
+            given = {one: CubicSpline(run.time, run[f"{name}.{one}"]) for one in inputs}
+            if name == "partner":
+                given[machine.command] = command
+            output = next(one.partition(".")[2] for one in sources if one.startswith(f"{name}."))
+            true = truth(exact, given, run, output)
+            of_run = replayed(run, name, surrogates[name], list(given), output, true)
+            found.setdefault(name, []).append(of_run)
+    return {
+        name: {key: float(np.mean([one[key] for one in runs])) for key in runs[0]}
+        for name, runs in found.items()
+    }
 
 
 def kinds_of(arguments: argparse.Namespace) -> dict[str, Surrogates]:

@@ -25,6 +25,9 @@ DRIVEN = 1e-7
 RIDGE = 1e-9
 """Relative regularisation: inputs that move alike at a frequency share its response."""
 
+LEAST_RIDGE = 1e-200
+"""Least regularisation: where no input moves at all at a frequency, its response is 0."""
+
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
@@ -57,7 +60,8 @@ class Spectra:
         sample, and its amplitude is smaller by sin(x) / x, with x = pi times frequency times step.
         """
         size = np.trace(self.inputs, axis1=1, axis2=2).real / self.inputs.shape[1]
-        whole = self.inputs + RIDGE * size[:, None, None] * np.eye(self.inputs.shape[1])
+        ridge = np.maximum(RIDGE * size, LEAST_RIDGE)
+        whole = self.inputs + ridge[:, None, None] * np.eye(self.inputs.shape[1])
         both = (self.to_reference, self.to_surrogate)
         true, own = (np.asarray(np.linalg.solve(whole, one), dtype=np.complex128) for one in both)
         turns = self.frequency * self.held

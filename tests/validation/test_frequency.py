@@ -45,6 +45,12 @@ def test_response_of_a_delay_has_its_size_and_its_phase() -> None:
     np.testing.assert_allclose(own / true, 1.1, rtol=1e-9)
 
 
+def test_inputs_at_rest_have_no_response() -> None:
+    rest = np.zeros((COUNT, 2))
+    for response in _spectra(_answered(rest, rest[:, :1], rest[:, :1])).responses():
+        np.testing.assert_array_equal(response, 0.0)
+
+
 def test_response_of_an_oscillator_to_held_inputs_is_the_analytic_one() -> None:
     """Size and phase of 1 / (m s^2 + d s + k), under a force that is held over each step."""
     mass, damping, stiffness = 1.0, 8.0, 1600.0

@@ -27,6 +27,7 @@ def scripts(entry: Path) -> dict[str, str]:
 
 
 def styles(*own: Path) -> str:
-    """Return one style sheet: colours, shared styles, and a page's own files."""
+    """Return one style sheet without indents: colours, shared styles, and a page's own files."""
     shared = (MODULES / "colours.css", MODULES / "base.css")
-    return "".join(path.read_text(encoding="utf-8") for path in (*shared, *own))
+    whole = "".join(path.read_text(encoding="utf-8") for path in (*shared, *own))
+    return "".join(line.strip() + "\n" for line in whole.splitlines())

@@ -28,11 +28,14 @@ ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180}
 
 MASS, INERTIA = "kg", "kg.m2"
 
-LEAST_OUTER, LEAST_ALONE = 1e-4, 0.1
-"""Smallest shares of what is drawn from outside that act on a partner: where the system has other
-inputs, and where it has none. In most machines nothing acts on the partner from outside, and the
-other inputs move it. Forces are small then, and a bound that was calibrated without such motions
-does not hold for them. With no other input, hardly anything would move."""
+WHOLE_OUTER = 0.5
+"""Probability that all of what is drawn from outside acts on a partner. In the other cases a share
+does. In most machines nothing acts on the partner from outside: other inputs of the system move
+it, with small forces. A bound that was calibrated without them covers fewer errors there."""
+
+LEAST_OUTER, LEAST_ALONE = 0.01, 0.1
+"""Smallest shares, where the system has other inputs, and where the loop's is the only one.
+Smaller ones leave networks too little to learn from."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,8 @@ class LoopRecipe(Table):
     """A table ``[[loop]]`` draws motions in which an output decides an input through a partner.
 
     The partners have random values in the ranges. The inputs are drawn as by a kind of
-    ``data.excitation``. A random share of what is drawn for the loop's input acts as an outer
-    force on the partner, or moves its other end; often nearly none. Nothing else is coupled.
+    ``data.excitation``. What is drawn for the loop's input acts as an outer force on the partner,
+    or moves its other end; in half of the motions, only a share of it. Nothing else is coupled.
 
     Attributes:
         output: output that acts on the partner: a force or moment, or a displacement or angle.
@@ -165,7 +168,8 @@ class LoopRecipe(Table):
             _between(pair, rng) for pair in (self.mass, self.stiffness, self.damping)
         )
         least = LEAST_ALONE if alone else LEAST_OUTER
-        return Partner(mass, stiffness, damping, outer=_between((least, 1.0), rng))
+        outer = 1.0 if rng.random() < WHOLE_OUTER else _between((least, 1.0), rng)
+        return Partner(mass, stiffness, damping, outer)
 
     def typical_partners(self) -> list[Partner]:
         """Return the partners at both ends of the ranges and in their geometric middle."""

@@ -1,4 +1,4 @@
-"""What the site's build does beside its plugins."""
+"""What the site's build does in addition to its plugins."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ which breaks no link of the site: its links begin in ``docs``."""
 
 GALLERY = re.compile(r"\]\(gallery/(\w+)\.(?:py|md)")
 """Begins a link to a tutorial."""
+
+CARD = re.compile(r'(<a class="reference internal" href="\w+)"')
+"""A card of the gallery names a page without its ending, which no file has."""
 
 ROOT = Path(__file__).parents[1]
 ROBOT = ROOT / "fmus" / "robot_6r" / "robot_6r.fmu"
@@ -55,8 +58,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Typeset the formulas of a page, and keep options of commands on one line."""
-    return with_formulas(html).replace("<code>--", '<code class="option">--')
+    """Typeset formulas, keep options of commands on one line, and mend links of the gallery."""
+    html = with_formulas(html).replace("<code>--", '<code class="option">--')
+    return CARD.sub(r'\1.html"', html)
 
 
 def on_post_build(config: MkDocsConfig) -> None:

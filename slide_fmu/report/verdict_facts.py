@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
@@ -37,18 +39,25 @@ def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
         ),
         ("Make it again", measured.command),
     ]
-    facts = facts_of(found, measured.plain_call, subject)
+    unseen = [one for one in measured.validation.values() if one.held_out]
+    facts = facts_of(found, measured.plain_call, subject, unseen)
     return Verdict(verdict(measured, subject), facts, commands)
 
 
 def facts_of(
-    found: ValidationFigures, call: PlainCallFigures | None, subject: Subject
+    found: ValidationFigures,
+    call: PlainCallFigures | None,
+    subject: Subject,
+    unseen: Sequence[ValidationFigures] = (),
 ) -> list[Fact]:
-    """Return the numbers of one validation: error, bound, validity, speed and memory."""
+    """Return the numbers of one validation: error, bound, validity, speed and memory.
+
+    The validity also counts the kinds of input of ``unseen``, which no training saw.
+    """
     facts = [
         _error(found, call),
         _bound(found.error_bound),
-        _validity(found.error_bound),
+        _validity(_judged(found), [kind for one in unseen for kind in _judged(one)]),
         _speed(found.timing),
         Fact("Memory", f"{subject.memory:.3g} s", "Outputs depend on inputs no older than this."),
     ]
@@ -84,14 +93,24 @@ def _bound(found: BoundFigures | None) -> Fact | None:
     return Fact("Bound", percent(least), f"{text}.", least >= found.confidence - MISSING)
 
 
-def _validity(found: BoundFigures | None) -> Fact | None:
-    """Return how many kinds of inputs the FMU is valid for."""
-    kinds = [] if found is None else [k.harm for k in found.excitations if k.harm is not None]
-    if not kinds:
+def _judged(found: ValidationFigures) -> list[bool]:
+    """Return for each kind of inputs that was measured whether the FMU is valid for it."""
+    bound = found.error_bound
+    return [] if bound is None else [is_valid(k.harm) for k in bound.excitations if k.harm]
+
+
+def _validity(trained: list[bool], unseen: list[bool]) -> Fact | None:
+    """Return how many kinds of inputs the FMU is valid for; of unseen kinds none is expected."""
+    if not trained:
         return None
-    valid = sum(map(is_valid, kinds))
+    value = f"{sum(trained + unseen)} of {len(trained + unseen)}"
     text = "Valid for these kinds of input, of those that were measured."
-    return Fact("Validity", f"{valid} of {len(kinds)}", text, valid == len(kinds))
+    if unseen:
+        text = "Valid for these kinds of input, of those that were measured: "
+        text += f"{sum(trained)} of {len(trained)} kinds of its training, "
+        text += f"{sum(unseen)} of {len(unseen)} others."
+    good = None if all(trained) and not all(unseen) else all(trained)
+    return Fact("Validity", value, text, good)
 
 
 def _speed(found: Timing) -> Fact:

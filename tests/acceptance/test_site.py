@@ -48,6 +48,16 @@ def test_pages_of_the_site_load_nothing_from_the_network(site: Path) -> None:
         assert loaded == [], page.name
 
 
+def test_links_and_pictures_of_the_site_lead_to_files(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        if page.name == "404.html":
+            continue  # its links begin at the root of a server
+        for link in re.findall(r'(?:href|src)="([^"]*)"', page.read_text(encoding="utf-8")):
+            path = link.split("#")[0].split("?")[0]
+            if path and not re.match(r"(?:https?|data|mailto|javascript):", path):
+                assert (page.parent / path).exists(), f"{page.name}: {link}"
+
+
 def test_site_has_few_pages_and_words(site: Path) -> None:
     command = [sys.executable, str(ROOT / "docs/words.py"), str(site)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout

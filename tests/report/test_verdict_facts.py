@@ -9,6 +9,7 @@ import pytest
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.report.html_report import Fact
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.report.validity import is_valid
 from slide_fmu.report.verdict import Subject
 from slide_fmu.report.verdict_facts import MISSING, verdict_of
 
@@ -42,3 +43,19 @@ def test_bound_of_held_inputs_shows_its_only_share() -> None:
     assert fact.value == f"{100 * covered:.3g} %"
     assert fact.good
     assert fact.text.endswith("below the error bound of 95 %.")
+
+
+def test_validity_counts_kinds_that_no_training_saw() -> None:
+    surrogate, provenance = read_fmu(FMUS / "robot_6r" / "robot_6r.fmu")
+    measured = released_figures(provenance)
+    assert measured is not None
+    (unseen,) = (one for one in measured.validation.values() if one.held_out)
+    assert unseen.error_bound is not None
+    judged = [kind.harm for kind in unseen.error_bound.excitations if kind.harm is not None]
+    valid = sum(map(is_valid, judged))
+    assert valid < len(judged)  # else the number would be green, rightly
+    (fact,) = (
+        f for f in verdict_of(measured, Subject.of(surrogate)).facts if f.name == "Validity"
+    )
+    assert f"{valid} of {len(judged)} others" in fact.text
+    assert not fact.good

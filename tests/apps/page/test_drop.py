@@ -96,6 +96,22 @@ def test_dropped_file_of_another_kind_is_refused(
     assert "expected an FMU made by slide-fmu" in text
 
 
+def test_theme_is_switched_before_and_after_an_fmu_is_open(chromium: Browser, page: Path) -> None:
+    switched = "(theme.click(), document.documentElement.dataset.theme)"
+    chromium.resize(400, 900)
+    chromium.open(page)
+    assert chromium.evaluate(switched) == "dark"
+    words = chromium.evaluate(
+        "(({ scrollWidth, clientWidth }) => [scrollWidth, clientWidth])"
+        "(document.querySelector('#welcome > .what'))"
+    )
+    assert words[0] == words[1]  # nothing is cut
+    _give(chromium, FMUS / "linear" / "linear.fmu")
+    chromium.until("document.documentElement.dataset.ready === 'yes'")
+    assert chromium.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert chromium.evaluate(switched) == "light"
+
+
 def test_page_subcommand_writes_the_page_for_any_fmu(tmp_path: Path) -> None:
     path = tmp_path / "drop.html"
     result = CliRunner().invoke(app, ["page", "--drop", "-o", str(path)])

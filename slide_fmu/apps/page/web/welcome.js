@@ -1,6 +1,7 @@
 // A page without a surrogate asks for an FMU, which stays on the device.
 
 import { byId, write } from "../../../core/web/modules/elements.js";
+import { beginTheme } from "../../../core/web/modules/theme.js";
 import { readFmu } from "./fmu_file.js";
 
 /** Waits for an FMU that can be shown: show({ facts, surrogate, files, drawing }) may refuse it. */
@@ -24,12 +25,19 @@ export function waitForFmu(show) {
     }
   };
   welcome.hidden = false;
+  beginTheme(() => {}); // nothing is drawn yet
   byId("fmu").addEventListener("change", () => take(byId("fmu").files[0]));
   document.addEventListener("dragover", (event) => event.preventDefault());
   document.addEventListener("drop", (event) => {
+    if (event.defaultPrevented) {
+      return; // a record for the surrogate that is shown
+    }
     event.preventDefault();
     if (!welcome.hidden) {
       take(event.dataTransfer.files[0]);
+    } else {
+      byId("problem").textContent = "Reload this page to open another FMU.";
+      byId("problem").hidden = false;
     }
   });
 }

@@ -4,16 +4,23 @@ import { byId } from "./elements.js";
 
 const DARK = "(prefers-color-scheme: dark)";
 
-/** Makes the switch work; `changed` is called when colours change. */
+const watching = [];
+
+/** Makes the switch work; `changed` is called when colours change. Later calls add another one. */
 export function beginTheme(changed) {
+  watching.push(changed);
   const root = document.documentElement;
   const button = byId("theme");
   const system = window.matchMedia(DARK);
   const isDark = () => (root.dataset.theme ?? (system.matches ? "dark" : "light")) === "dark";
   const show = () => {
     button.setAttribute("aria-pressed", String(isDark()));
-    changed();
+    watching.forEach((each) => each());
   };
+  show();
+  if (watching.length > 1) {
+    return;
+  }
   button.addEventListener("click", () => {
     root.dataset.theme = isDark() ? "light" : "dark";
     show();
@@ -25,5 +32,4 @@ export function beginTheme(changed) {
     }
   });
   system.addEventListener("change", show);
-  show();
 }

@@ -31,7 +31,7 @@ MASS, INERTIA = "kg", "kg.m2"
 WHOLE_OUTER = 0.5
 """Probability that all of what is drawn from outside acts on a partner. In the other cases a share
 does. In most machines nothing acts on the partner from outside: other inputs of the system move
-it, with small forces. A bound that was calibrated without them covers fewer errors there."""
+it, with small forces. A bound that was calibrated without such motions covers fewer errors."""
 
 LEAST_OUTER, LEAST_ALONE = 0.01, 0.1
 """Smallest shares, where the system has other inputs, and where the loop's is the only one.

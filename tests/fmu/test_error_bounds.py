@@ -61,9 +61,12 @@ companion nearly agree."""
 KINDS = ("ERROR_BOUND", "NOVELTY", "IN_DOMAIN", "BOUND_FILLED")
 
 
-def surrogate_of(name: str, blocks: tuple[int, int] = BLOCKS) -> Surrogate:
-    """A random surrogate with an error bound, by one of the ``NAMES``."""
+def surrogate_of(
+    name: str, blocks: tuple[int, int] = BLOCKS, cell: CellShape | None = None
+) -> Surrogate:
+    """A random surrogate with an error bound, by one of the ``NAMES``; or with another cell."""
     shape = SHAPES[OF_NETWORKS.get(name, name)]
+    shape = shape if cell is None else dataclasses.replace(shape, cell=cell)
     if name.startswith("seen"):
         shape = dataclasses.replace(shape, positions=3)
         return bounded_surrogate(shape, blocks, sees_estimates=True)
@@ -129,6 +132,28 @@ def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, patte
         outputs, found = go(loaded.instance().start(), surrogate, lengths, reads)
         assert np.array_equal(outputs, expected)
         assert found == {k: eager[k] for k in found}
+
+
+@pytest.mark.parametrize("name", ["seen_forecast", "forecast", "span_judged", "floored_judged"])
+def test_steps_that_fail_change_no_bound(load: Load, name: str) -> None:
+    """Cubes of one fail by what was set, of the next by where its derivatives say it goes."""
+    surrogate = surrogate_of(name, cell=CellShape(activation="cubic", contraction=0.9))
+    loaded, inputs = load(surrogate), np.random.default_rng(9).uniform(-2, 3, (40, 2))
+
+    def seen(fails: bool) -> list[list[float]]:
+        native, found = loaded.instance().start(), []
+        for k, row in enumerate(inputs):
+            tried = ((np.full(2, 3e38), 0.1), (row, 3e38)) if fails and k > 0 else ()
+            for values, rate in tried:
+                assert native.set(*values) == native.set_rates(rate, rate) == OK
+                assert native.do_step(native.time(), (1 + k % 2) * STEP) == ERROR
+            found += [read(native, surrogate)] if k % 3 == 1 else []
+            assert native.set(*row) == native.set_rates(0.1, -0.1) == OK
+            assert native.do_step(native.time(), (1 + k % 3) * STEP) == OK, native.messages
+            found += [native.get(2, 2), read(native, surrogate)] if k % 5 == 0 else []
+        return found
+
+    assert seen(fails=True) == seen(fails=False)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import itertools
+import time
+import zlib
 
 import numpy as np
 import pytest
@@ -203,6 +205,33 @@ def test_failed_step_leaves_no_trace_of_it(
     assert "are not finite" in native.messages[-1]
     assert native.set(3e38) == OK
     assert what_follows(native, surrogate) == expected
+
+
+HEADER, CHECKSUM = 72, 12
+"""Bytes of the header of a serialised state, and the place of the checksum in it."""
+
+
+def test_step_from_a_state_with_a_wrong_counter_ends(load: Load) -> None:
+    """The checksum fits: the state was damaged before it was saved."""
+    surrogate = moving(Shape(cell=LASTING, differences=1))
+    native, rows = load(surrogate).instance().start(), moving_inputs(surrogate, 9)
+    saved = []
+    for row in rows:
+        go(native, surrogate, [1.0], row[None])
+        data = native.save()
+        saved.append(np.frombuffer(data, "<u8", count=len(data) // 8))
+    counters = np.flatnonzero(saved[-1] - saved[-2] == 1)
+    assert len(counters) > 3
+    for counter in counters:
+        words = saved[-1].copy()
+        words[counter] = 10**9
+        damaged = bytearray(words.tobytes() + data[8 * len(words) :])
+        damaged[CHECKSUM : CHECKSUM + 4] = zlib.crc32(damaged[HEADER:]).to_bytes(4, "little")
+        assert native.restore(bytes(damaged)) == OK
+        assert native.set(*rows[0]) == OK
+        begin = time.process_time()
+        native.do_step(native.time())
+        assert time.process_time() - begin < 0.5, f"counter in word {counter}"
 
 
 @pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[2], SHAPES[5]], ids=["layers", "cell", "arc"])

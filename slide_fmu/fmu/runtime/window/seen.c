@@ -35,14 +35,21 @@ static const void *after_predictor(const SlideModel *model, const SlideState *st
                : (const unsigned char *)state->strayed + state->seen_size;
 }
 
+/* Places to copy, of all: later samples take the places of earlier ones again. So the counters of a
+ * damaged state cost no more than a copy of all. */
+static uint64_t n_places(const SlideSeenCopy *copy, uint64_t all) {
+    const uint64_t count = copy->end - copy->first;
+    return count < all ? count : all;
+}
+
 void slide_seen_copy_samples(const SlideModel *model, const SlideState *state,
                              const SlideSeenCopy *copy) {
     const SlideSamplesShape *shape = &model->samples;
     const double *ring = state->samples.ring;
     const size_t row = shape->n_inputs;
     copy_between(state, copy, state->strayed, ring);
-    for (uint64_t sample = copy->first; sample < copy->end; ++sample) {
-        const size_t place = slide_samples_place_of(shape, sample);
+    for (uint64_t left = n_places(copy, shape->capacity); left > 0; --left) {
+        const size_t place = slide_samples_place_of(shape, copy->first + left - 1);
         copy_part(state, copy, ring + place * row, row * sizeof *ring);
         if (place < SLIDE_BEFORE) {
             copy_part(state, copy, ring + (shape->capacity + place) * row, row * sizeof *ring);
@@ -58,7 +65,8 @@ void slide_seen_copy_predicted(const SlideModel *model, const SlideState *state,
     if (bound->memory_length == 0) {
         return;
     }
-    for (uint64_t sample = copy->first; sample < copy->end; ++sample) {
+    for (uint64_t left = n_places(copy, bound->n_predicted); left > 0; --left) {
+        const uint64_t sample = copy->first + left - 1;
         const float *values = slide_bound_predicted(bound, &state->bound, sample);
         copy_part(state, copy, values, bound->n_outputs * sizeof *values);
     }

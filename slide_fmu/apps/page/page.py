@@ -198,7 +198,9 @@ def _rendered(look: Look, facts: Any, given: Mapping[str, str], blobs: Mapping[s
     )
     return environment.get_template("page.html").render(
         look=look,
-        json=json.dumps(facts).replace("<", "\\u003c"),  # so that no text ends the element
+        json=json.dumps(facts, separators=(",", ":")).replace(
+            "<", "\\u003c"
+        ),  # so that no text ends the element
         blobs={name: packed(content) for name, content in blobs.items()},
         style=styles(WEB / "style.css"),
         **given,

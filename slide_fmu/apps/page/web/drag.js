@@ -10,13 +10,9 @@ export class Drag {
     this.canvas = canvas;
     this.last = null;
     canvas.classList.add("gripped");
-    const [first, second] = app.channels.map((channel) => channel.name);
-    const moved = {
-      1: `→ moves ${first}.`,
-      2: `→ moves ${first}, ↑ moves ${second}.`,
-    };
-    const chosen = "→ and ↑ move the two inputs that are chosen for them.";
-    write(byId("grip-text"), `Drag the machine: ${moved[app.channels.length] ?? chosen}`);
+    const { channels } = app;
+    const moved = channels.length > 2 ? "the two inputs that are chosen for them" : channels.map(({ name }) => name).join(", ");
+    write(byId("grip-text"), `Drag the machine: → and ↑ move ${moved}.`);
     canvas.addEventListener("pointerdown", (event) => this.begin(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const kind of ["pointerup", "pointercancel"]) {

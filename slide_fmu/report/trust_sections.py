@@ -57,11 +57,11 @@ def bound_sections(
     first = next(iter(validations.values()))
     in_range = next((found for found in figures.values() if found.in_range), None)
     harm, tolerances = harm_table(figures), tolerance_table(figures)
-    text = " ".join(bound_sentences(first.recipe, first.surrogate, in_range))
+    sentences = bound_sentences(first.recipe, first.surrogate, in_range)
     return [
         ReportSection(
             "Error bound",
-            f"{text} {COLUMNS}",
+            "\n\n".join((*sentences, COLUMNS)),
             bound_table(figures),
             charts=[
                 *trust_charts.bound_charts(validations),

@@ -13,7 +13,7 @@ from slide_fmu.apps.motion.solve import Solved
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import NO_UNIT, behind, ratio
+from slide_fmu.core.units import NO_UNIT, ratio
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
@@ -27,13 +27,16 @@ SHOWN_AFTER = 40
 
 def motion_report(solved: Solved) -> Report:
     """Return the report of a solved task."""
-    figures, unit = solved.figures(), behind(solved.surrogate.outputs[0].unit)
+    figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
     move = figures.move
+    start, goal = (
+        ", ".join(f"{value:g}" for value in pose) for pose in (solved.task.start, solved.task.goal)
+    )
     summary = (
-        f"The move from {list(solved.task.start)} to {list(solved.task.goal)} arrives after "
-        f"{move.arrives_s:.4g} s and leaves {move.residual:.3g}{unit}; with its margin "
-        f"{move.residual_with_margin:.3g}{unit}, of {solved.task.tolerance:g}{unit} that "
-        f"are allowed. The margin is {figures.margin_is}."
+        f"The move from {start} to {goal} arrives after "
+        f"{move.arrives_s:.4g} s and leaves {quantity(move.residual, unit)}; with its margin "
+        f"{quantity(move.residual_with_margin, unit)}, of {quantity(solved.task.tolerance, unit)} "
+        f"that are allowed. The margin is {figures.margin_is}."
     )
     if remark := remark_on_moves(solved):
         summary += f" {remark}"
@@ -95,10 +98,10 @@ def remark_on_moves(solved: Solved) -> str | None:
     if figures.reference is not None:
         begin = f"Verified in {_rounds(found.rounds)}: by" if found.rounds else "By"
         true = figures.reference.move
-        unit = behind(solved.surrogate.outputs[0].unit)
+        unit = solved.surrogate.outputs[0].unit
         sentences.append(
-            f"{begin} the reference model, the move leaves "
-            f"{true.residual:.3g}{unit} of {solved.task.tolerance:g}{unit} that are allowed."
+            f"{begin} the reference model, the move leaves {quantity(true.residual, unit)} of "
+            f"{quantity(solved.task.tolerance, unit)} that are allowed."
         )
         if found.rounds and found.move.known < 1:
             sentences.append("It leaves the domain of the surrogate, where margins say nothing.")
@@ -148,8 +151,8 @@ def _move_table(title: str, moves: Sequence[MoveFigures], unit: str) -> ReportTa
         (
             move.name,
             *map(_seconds, (move.arrives_s, move.settled_s, move.settled_with_margin_s)),
-            f"{move.residual:.3g}{behind(unit)}",
-            f"{move.residual_with_margin:.3g}{behind(unit)}",
+            quantity(move.residual, unit),
+            quantity(move.residual_with_margin, unit),
         )
         for move in moves
     )

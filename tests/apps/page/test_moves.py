@@ -173,6 +173,8 @@ def test_machine_that_is_dragged_moves_its_input(chromium: Browser, page: Path) 
     chromium.open(page)
     chromium.evaluate("document.getElementById('wander').click()")
     before = chromium.evaluate("document.getElementById('slider-force').valueAsNumber")
+    text = chromium.evaluate("document.getElementById('grip-text').textContent")
+    assert text == "Drag the machine: → moves force."
     assert _drag(chromium, 0.1) - before == pytest.approx(200.0, abs=8.0)
     _drag(chromium, 0.49)
     assert _drag(chromium, 0.49) == 1000.0  # no further than the range

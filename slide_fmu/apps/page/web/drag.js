@@ -1,5 +1,7 @@
 // The machine itself is gripped: the pointer on its drawing moves the two inputs of the pad.
 
+import { byId, write } from "../../../core/web/modules/elements.js";
+
 /** A Drag lets the pointer on a drawing set inputs: the canvas' width or height is a range. */
 export class Drag {
   /** app: { way, choose, setTarget, channels, panel, live }. */
@@ -8,6 +10,13 @@ export class Drag {
     this.canvas = canvas;
     this.last = null;
     canvas.classList.add("gripped");
+    const [first, second] = app.channels.map((channel) => channel.name);
+    const moved = {
+      1: `→ moves ${first}.`,
+      2: `→ moves ${first}, ↑ moves ${second}.`,
+    };
+    const chosen = "→ and ↑ move the two inputs that are chosen for them.";
+    write(byId("grip-text"), `Drag the machine: ${moved[app.channels.length] ?? chosen}`);
     canvas.addEventListener("pointerdown", (event) => this.begin(event));
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const kind of ["pointerup", "pointercancel"]) {

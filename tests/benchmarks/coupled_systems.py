@@ -155,12 +155,20 @@ def cost(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str,
     return {**found, "newton over gauss_seidel": found["newton"] / found["gauss_seidel"]}
 
 
-def bounds(machine: CutMachine, folder: Path, surrogates: Surrogates, stop: float) -> Any:
-    """Return how often error bounds hold, by component, as means over runs of all partners."""
+def bounds(
+    machine: CutMachine, folder: Path, surrogates: Surrogates, stop: float, smooth: bool = False
+) -> Any:
+    """Return how often error bounds hold, by component, as means over runs of all partners.
+
+    ``smooth`` lays a spline through the command, which has kinks at every second sample at most.
+    """
     found: dict[str, list[dict[str, float]]] = {}
     short = machine.step * round(stop / len(machine.partners) / machine.step)
     for number, partner in enumerate(machine.partners.values()):
         command = machine.drive(partner, SEED + number, short)
+        if smooth:
+            knots = np.arange(0.0, short + machine.step, 2 * machine.step)
+            command = CubicSpline(knots, command(knots))
         run = machine.run(folder, surrogates, partner, command, machine.step, short)
         for name in (name for name, fmu in surrogates.items() if has_bound(fmu)):
             exact = (
@@ -219,6 +227,9 @@ def measure(machine: CutMachine, arguments: argparse.Namespace, bar: Stages) -> 
         for kind, surrogates in kinds.items():
             if any(map(has_bound, surrogates.values())):
                 found[kind]["bounds"] = bounds(machine, folder, surrogates, stop)
+                found[kind]["bounds, command without kinks"] = bounds(
+                    machine, folder, surrogates, stop, smooth=True
+                )
         progress(len(work), len(work))
     return found
 

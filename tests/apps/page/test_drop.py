@@ -111,7 +111,8 @@ def test_theme_is_switched_before_and_after_an_fmu_is_open(chromium: Browser, pa
     assert chromium.evaluate("document.documentElement.dataset.theme") == "dark"
     assert chromium.evaluate(switched) == "light"
     chromium.evaluate("document.body.dispatchEvent(new DragEvent('drop', { bubbles: true }))")
-    assert chromium.evaluate("document.getElementById('problem').checkVisibility()")  # one FMU
+    summary = chromium.evaluate("document.getElementById('summary').textContent")
+    assert summary == "Reload this page to open another FMU."
 
 
 def test_page_subcommand_writes_the_page_for_any_fmu(tmp_path: Path) -> None:

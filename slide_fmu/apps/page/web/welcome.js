@@ -36,8 +36,7 @@ export function waitForFmu(show) {
     if (!welcome.hidden) {
       take(event.dataTransfer.files[0]);
     } else {
-      byId("problem").textContent = "Reload this page to open another FMU.";
-      byId("problem").hidden = false;
+      write(byId("summary"), "Reload this page to open another FMU.");
     }
   });
 }

@@ -64,7 +64,7 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 
 
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
-    """Leave the link to the repository a plain one: the theme would load stars from the network."""
+    """Leave the link to the repository a plain one: a theme that counts stars uses the network."""
     return output.replace(' data-md-component="source"', "")
 
 

@@ -26,7 +26,7 @@ ONLY_SMALLER = frozenset(("s", "rad"))
 LEAST_DECIMAL, FIRST_POWER = 1e-6, 1e15
 """Numbers between these are plain decimals; others have a power of ten, such as 1.9·10⁻⁷."""
 GROUPED = 1e4
-"""Larger numbers are written in groups of thousands."""
+"""Whole numbers are written in groups of thousands from here on."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -60,7 +60,12 @@ def decimal(value: float, digits: int = 3) -> str:
         part, power = f"{value:.{digits - 1}e}".split("e")
         return f"{_short(part)}·10{str(int(power)).translate(RAISED)}"
     text = _short(f"{rounded:.{max(0, digits - 1 - math.floor(math.log10(size)))}f}")
-    return f"{float(text):,.0f}".replace(",", " ") if size >= GROUPED and "." not in text else text
+    return text if "." in text else _grouped(int(text))
+
+
+def _grouped(count: int) -> str:
+    """Return a whole number, in groups of thousands if it is large."""
+    return f"{count:,}".replace(",", " ") if abs(count) >= GROUPED else str(count)
 
 
 def _short(text: str) -> str:
@@ -78,7 +83,7 @@ def number(value: float) -> str:
         return "0"
     if rounded >= 100 or value == int(value):
         count = int(value) if value == int(value) < 1e6 else round(rounded)
-        return f"{count:,}".replace(",", " ")
+        return _grouped(count)
     return f"{rounded:.{2 - math.floor(math.log10(rounded))}f}"
 
 

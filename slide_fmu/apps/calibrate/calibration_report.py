@@ -11,7 +11,7 @@ from slide_fmu.apps.calibrate.result import Calibration, FittedParameter, Output
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import behind
+from slide_fmu.core.units import behind, labelled
 from slide_fmu.core.web.charts import Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict, remark_sections
 from slide_fmu.report.table import ReportTable
@@ -53,15 +53,14 @@ def parameter_table(found: Calibration) -> ReportTable:
     """Return the fitted values with their intervals and ranges."""
     rows = (
         (
-            one.parameter.name,
-            decimal(one.value, 6),
-            f"{decimal(one.low, 6)} .. {decimal(one.high, 6)}",
-            f"{decimal(one.parameter.low, 6)} .. {decimal(one.parameter.high, 6)}",
-            behind(one.parameter.unit).strip(),
+            labelled(one.parameter.name, one.parameter.unit),
+            decimal(one.value, 5),
+            f"{decimal(one.low, 5)} .. {decimal(one.high, 5)}",
+            f"{decimal(one.parameter.low, 5)} .. {decimal(one.parameter.high, 5)}",
         )
         for one in found.parameters
     )
-    return ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), rows)
+    return ReportTable.of(("parameter", "value", "95 % interval", "range"), rows)
 
 
 def output_table(found: Calibration) -> ReportTable:

@@ -31,6 +31,10 @@ _DO_NOT_MATTER = ("most_failures",)
 """Keys of the table ``data`` on which no trajectory depends."""
 
 
+OF_MODELS = {"partner", "through", "ranges"}
+"""Keys of a loop that are left out where its partner is no model, as in older stores."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Fingerprint:
     """A Fingerprint has the values of a recipe that its data depend on.
@@ -80,7 +84,11 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
 
 
 def _with_kinds(kinds: Sequence[Excitation | LoopRecipe]) -> Tables | None:
-    return {"excitation": [kind.model_dump(mode="json") for kind in kinds]} if kinds else None
+    dumped = [
+        kind.model_dump(mode="json", exclude=None if getattr(kind, "partner", None) else OF_MODELS)
+        for kind in kinds
+    ]
+    return {"excitation": dumped} if kinds else None
 
 
 def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float, float]:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.closed_loop import LEAST, no_answer
 from slide_fmu.excitation.loop import INERTIA, MASS, Interface, LoopRecipe, Partner
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftLoop
@@ -23,9 +25,6 @@ from slide_fmu.systems.specification import Specification
 
 SAMPLES = 400
 """Length of the answer to a small step, in samples."""
-LEAST = 1e-6
-"""Least change of an output when its input goes through its range, as a share of its own."""
-
 SMALL = 0.01
 """The step, as a part of half the range of the input."""
 FASTEST, BAND = 16, 6.0
@@ -112,7 +111,8 @@ def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop
 
 def _interface(output: str, input: str, system: System) -> Interface:
     """Return the places of a loop, with whatever partner its units ask for."""
-    for partner in ({"mass": (1.0, 1.0)}, {"stiffness": (1.0, 1.0)}):
+    partners: tuple[dict[str, Any], ...] = ({"mass": (1.0, 1.0)}, {"stiffness": (1.0, 1.0)})
+    for partner in partners:
         loop = LoopRecipe(output=output, input=input, weight=WEIGHT, **partner)
         try:
             return loop.interface(system.inputs, system.outputs)
@@ -144,19 +144,19 @@ def _finer(specification: Specification, step: float, at: Interface) -> _Answer 
     return _answer(system, at)
 
 
-def _masses(answer: _Answer, slow: float, fast: float) -> dict[str, tuple[float, float]]:
+def _masses(answer: _Answer, slow: float, fast: float) -> dict[str, Any]:
     """Return masses, and a stiffness where the system has none, for loops of these frequencies."""
     gains = [answer.gain(turn) for turn in (slow, fast)]
     stiff = [max(-gain.real, DAMPED * abs(gain)) for gain in gains]
     masses = sorted(size / turn**2 for size, turn in zip(stiff, (slow, fast), strict=True))
-    found = {"mass": _pair(*masses)}
+    found: dict[str, Any] = {"mass": _pair(*masses)}
     if not _holds(answer, abs(gains[1])):
         middle = math.sqrt(masses[0] * masses[1]) * slow * fast
         found["stiffness"] = _pair(middle / 3, 3 * middle)
     return found
 
 
-def _springs(answer: _Answer, slow: float, fast: float) -> dict[str, tuple[float, float]]:
+def _springs(answer: _Answer, slow: float, fast: float) -> dict[str, Any]:
     """Return springs up to the fastest loop, from much weaker ones."""
     stiffest = 1.0 / max(abs(answer.gain(fast)), np.finfo(float).tiny)
     return {
@@ -175,11 +175,7 @@ def _require_answer(pair: str, system: System, at: Interface, answer: _Answer) -
     moved, all_of_it = (signal.high - signal.low for signal in ends)
     change = np.abs(answer.change).max() * moved * at.input_unit
     if not change > LEAST * all_of_it * at.output_unit:
-        raise RecipeError(
-            f"--loop {pair}: the output changes by {change:.2g} (SI units) where the input goes "
-            f"through its range; expected at least {LEAST:g} of the output's range: name an "
-            "output that follows the input"
-        )
+        raise RecipeError(no_answer(f"--loop {pair}", float(change)))
 
 
 def _require_holding(pair: str, at: Interface, answer: _Answer) -> None:

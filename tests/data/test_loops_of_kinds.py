@@ -33,7 +33,7 @@ def test_spring_on_an_exudyn_mass_has_the_natural_frequency_of_both(tmp_path: Pa
     loop = LoopRecipe(output="position", input="force", weight=1.0, stiffness=(100.0, 900.0))
     outer = np.zeros((TRIED, 1))
     outer[0] = 5.0
-    way = ClosedLoop(loop, system).inputs(outer, Partner(0.0, 500.0, 0.0))[:, 0]
+    way = ClosedLoop([(loop, Partner(0.0, 500.0, 0.0))], system).inputs(outer)[:, 0]
     true = np.sqrt(600.0 - 1.0) / (2 * np.pi)
     # its force is held over each step at the value of the step's end, half a step early
     assert frequency_of(way[:200]) == pytest.approx(true, rel=0.05)
@@ -52,7 +52,7 @@ def test_body_on_an_fmu_of_a_suspension_has_its_natural_frequency(tmp_path: Path
     loop = LoopRecipe(output="force", input="body", weight=1.0, mass=(100.0, 900.0))
     outer = np.zeros((TRIED, 2))
     outer[0, 1] = 1e-3
-    way = ClosedLoop(loop, system).inputs(outer, Partner(600.0, 0.0, 0.0))[:, 1]
+    way = ClosedLoop([(loop, Partner(600.0, 0.0, 0.0))], system).inputs(outer)[:, 1]
     true = np.sqrt(1 / (1 / 2e4 + 1 / 2e5) / 600.0) / (2 * np.pi)
     assert frequency_of(way[:250]) == pytest.approx(true, rel=0.1)
     assert np.abs(way[-50:]).max() < 0.1 * np.abs(way).max()

@@ -14,7 +14,14 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
-from slide_fmu.data.followers import Answers, Follower, Mass, Model, Spring, called
+from slide_fmu.data.followers import (
+    DeformedSpring,
+    Follower,
+    MovedMass,
+    OwnModel,
+    SystemAnswers,
+    called,
+)
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.systems.base import Stepping
@@ -212,9 +219,9 @@ class ClosedLoop:
             others = [model.system.inputs[channel] for channel in model.further]
             further = further + np.array([0.5 * (s.low + s.high) for s in others])
             output = self._system.outputs[at.output]
-            return Model(model, further, middle, gains.rest[k], output.high - output.low)
-        answers = Answers(gains.first[k, k], gains.lasting[k], self._system.step)
-        kind = Mass if at.force_out else Spring
+            return OwnModel(model, further, middle, gains.rest[k], output.high - output.low)
+        answers = SystemAnswers(gains.first[k, k], gains.lasting[k], self._system.step)
+        kind = MovedMass if at.force_out else DeformedSpring
         return kind(self._partners[k], at.input_unit * (outer - middle), answers)
 
     def _rest(

@@ -64,16 +64,16 @@ class Follower(abc.ABC):
 
 
 @dataclass(frozen=True)
-class Answers:
-    """Answers of the system to a loop's input alone: at once, and at rest; and its step in s."""
+class SystemAnswers:
+    """SystemAnswers are those to a loop's input alone: at once, and at rest; and a step in s."""
 
     first: float
     lasting: float
     step: float
 
 
-class Mass(Follower):
-    """A Mass is moved by the output and by an outer force, by the trapezoidal rule. Final.
+class MovedMass(Follower):
+    """A MovedMass is moved by the output and by an outer force, by the trapezoidal rule. Final.
 
     Args:
         partner: mass, spring and damper.
@@ -81,7 +81,7 @@ class Mass(Follower):
         answers: what the system answers to it.
     """
 
-    def __init__(self, partner: Partner, outer: FloatArray, answers: Answers) -> None:
+    def __init__(self, partner: Partner, outer: FloatArray, answers: SystemAnswers) -> None:
         self._partner, self._step, self._lasting = partner, answers.step, answers.lasting
         self._force = self._outer_force(outer, answers)
         h = self._step
@@ -110,7 +110,7 @@ class Mass(Follower):
         self._speed += h / self._partner.mass * (force - held)
         self._place, self._output = value, output
 
-    def _outer_force(self, outer: FloatArray, answers: Answers) -> FloatArray:
+    def _outer_force(self, outer: FloatArray, answers: SystemAnswers) -> FloatArray:
         """Return the outer force in N that moves it about as far as drawn, both (N,)."""
         partner, first, step = self._partner, abs(answers.first), answers.step
         stiffness = abs(answers.lasting) + partner.stiffness
@@ -127,8 +127,8 @@ class Mass(Follower):
         return np.asarray(force * (np.abs(outer).max() / farthest if farthest else 1.0))
 
 
-class Spring(Follower):
-    """A Spring with a damper is deformed by the output; its other end adds a force. Final.
+class DeformedSpring(Follower):
+    """A DeformedSpring with a damper is deformed by the output; its other end adds a force. Final.
 
     Args:
         partner: spring and damper.
@@ -136,7 +136,7 @@ class Spring(Follower):
         answers: what the system answers to it.
     """
 
-    def __init__(self, partner: Partner, outer: FloatArray, answers: Answers) -> None:
+    def __init__(self, partner: Partner, outer: FloatArray, answers: SystemAnswers) -> None:
         self._partner, self._outer, self._answers = partner, outer, answers
         self._damping = partner.damping / answers.step
         self.slope = -(partner.stiffness + self._damping)
@@ -156,8 +156,8 @@ class Spring(Follower):
         self._output = output
 
 
-class Model(Follower):
-    """A Model is a partner of the user, which steps with the system. Final.
+class OwnModel(Follower):
+    """A OwnModel is a partner of the user, which steps with the system. Final.
 
     One that can go back takes each step twice: first with the likely output, which shows its
     answer, then with that which came.

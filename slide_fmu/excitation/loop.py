@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.toml_table import Table
@@ -127,6 +127,13 @@ class LoopRecipe(Table):
     partner: str | None = None
     through: tuple[str, str] | None = None
     ranges: dict[str, AnyRange] | None = None
+
+    @field_validator("ranges", mode="before")
+    @classmethod
+    def _lists_are_ranges(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return {k: tuple(v) if isinstance(v, list) else v for k, v in value.items()}
 
     @model_validator(mode="after")
     def _has_a_partner(self) -> LoopRecipe:

@@ -71,26 +71,31 @@ def proposed_loops(
             be stepped, or its output drives its input on.
         SimulationError: the system could not be simulated.
     """
+    require_pairs(pairs)
     return [_proposed(pair, specification, step) for pair in pairs]
 
 
+def require_pairs(pairs: tuple[str, ...], system: System | None = None) -> None:
+    """Refuse pairs that are no ``OUTPUT:INPUT``, and such as a system has not, before it runs.
+
+    Raises:
+        RecipeError: as of ``proposed_loops``.
+    """
+    for pair in pairs:
+        output, colon, input = pair.rpartition(":")
+        if not (colon and output and input):
+            raise RecipeError(
+                f"--loop {pair!r}; expected OUTPUT:INPUT, the output that acts on a partner and "
+                "the input by which the partner answers: correct it"
+            )
+        if system is not None:
+            _interface(pair, system)
+
+
 def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop:
-    output, colon, input = pair.rpartition(":")
-    if not (colon and output and input):
-        raise RecipeError(
-            f"--loop {pair!r}; expected OUTPUT:INPUT, the output that acts on a partner and the "
-            "input by which the partner answers"
-        )
+    output, _, input = pair.rpartition(":")
     system = load_system(replace(specification, step=step))
-    try:
-        at = _interface(output, input, system)
-    except ValueError as error:
-        raise RecipeError(f"--loop {pair}: {error}") from error
-    if not isinstance(system, Stepping):
-        raise RecipeError(
-            f"--loop {pair}: the model simulates whole motions only; expected one that goes on "
-            "step by step: give f and g in place of simulate(t, u, p)"
-        )
+    at = _interface(pair, system)
     answer = _answer(system, at)
     _require_answer(pair, system, at, answer)
     slow, fast = (2 * math.pi / (FASTEST * step * by) for by in (BAND, 1.0))
@@ -109,8 +114,14 @@ def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop
     )
 
 
-def _interface(output: str, input: str, system: System) -> Interface:
+def _interface(pair: str, system: System) -> Interface:
     """Return the places of a loop, with whatever partner its units ask for."""
+    output, _, input = pair.rpartition(":")
+    if not isinstance(system, Stepping):
+        raise RecipeError(
+            f"--loop {pair}: the model simulates whole motions only; expected one that goes on "
+            "step by step: give f and g in place of simulate(t, u, p)"
+        )
     partners: tuple[dict[str, Any], ...] = ({"mass": (1.0, 1.0)}, {"stiffness": (1.0, 1.0)})
     for partner in partners:
         loop = LoopRecipe(output=output, input=input, weight=WEIGHT, **partner)
@@ -118,7 +129,7 @@ def _interface(output: str, input: str, system: System) -> Interface:
             return loop.interface(system.inputs, system.outputs)
         except ValueError as error:
             last = error
-    raise last
+    raise RecipeError(f"--loop {pair}: {last}") from last
 
 
 def _answer(system: System, at: Interface) -> _Answer:

@@ -116,6 +116,7 @@ def run_coupled(
         seconds = clock.perf_counter() - began
         for one in components:
             one.slave.terminate()
+    remarks += [run.zigzag] if run.zigzag else []
     values = _values(system, loop, recorded, run.time, (run.outputs, run.inputs))
     units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
     figures = CoupledFigures(

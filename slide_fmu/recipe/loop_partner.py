@@ -18,6 +18,8 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
+WHOLE = 1e-6
+"""Rounding of the number of an FMU's own steps in a sample step."""
 KEPT = 32
 """Partners that a process keeps, so that models are not made for each motion."""
 
@@ -86,6 +88,9 @@ def _made(
         for name in found.inputs
         if name in wanted or name in inputs
     }
+    own_steps = 0.0 if found.held_step is None else step / found.held_step
+    if own_steps > 0.5 and abs(own_steps - round(own_steps)) < WHOLE:
+        parameters["fmu-substeps"] = round(own_steps)  # it may take no other steps
     read = {given: SignalTable(range=(ends[1].low, ends[1].high))}
     own = found.kind == "class"  # it declares its signals itself
     made = Specification(

@@ -63,6 +63,16 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
     return CARD.sub(r'\1.html"', html)
 
 
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Leave the link to the repository a plain one: a theme that counts stars uses the network."""
+    return output.replace(' data-md-component="source"', "")
+
+
+def on_post_template(output_content: str, template_name: str, config: MkDocsConfig) -> str:
+    """Do the same on the page of links that lead nowhere, which is no page of the site."""
+    return output_content.replace(' data-md-component="source"', "")
+
+
 def on_post_build(config: MkDocsConfig) -> None:
     """Write the index of the search as a script too, which pages opened from disk may read."""
     index = Path(config.site_dir) / "search" / "search_index.json"

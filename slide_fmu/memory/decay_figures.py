@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from slide_fmu.core.readable import decimal
 from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.motions import Linearized
@@ -135,7 +136,7 @@ SizingFigures = SystemSizing | RecordSizingFigures
 
 def seconds(value: float | None) -> str:
     """Write a decay time in s for users; None is a motion that never decays."""
-    return "without end" if value is None else f"{value:.4g} s"
+    return "without end" if value is None else f"{decimal(value, 4)} s"
 
 
 def finite(value: float) -> float | None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import ratio_text
-from slide_fmu.core.units import behind
+from slide_fmu.core.readable import decimal, quantity, ratio_text
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.box import TITLES
 from slide_fmu.validation.error_figures import (
@@ -54,7 +53,7 @@ def accuracy_table(validations: Mapping[str, ValidationFigures]) -> ReportTable:
 
 
 def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
-    unit, single = behind(output.unit), output.relative_rmse_of_trajectories
+    unit, single = output.unit, output.relative_rmse_of_trajectories
     others = (
         output.plain_relative_rmse,
         output.model_relative_rmse,
@@ -63,11 +62,11 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
     )
     return (
         output.name,
-        f"{output.rms_reference_about_mean:.4g}{unit}",
-        f"{output.rmse:.4g}{unit}",
+        quantity(output.rms_reference_about_mean, unit),
+        quantity(output.rmse, unit),
         percent(output.relative_rmse),
         f"{percent(single.median)} ({percent(single.p10)} .. {percent(single.p90)})",
-        f"{output.max_error:.4g}{unit}",
+        quantity(output.max_error, unit),
         *map(percent_or_nothing, others),
     )
 
@@ -130,7 +129,7 @@ def box_table(found: BoxFigures) -> ReportTable:
             f"{TITLES[name]} ({group.points} points)",
             output.name,
             percent(output.relative_rmse),
-            f"{output.largest_error:.3g}{behind(output.unit)}",
+            quantity(output.largest_error, output.unit),
             percent_or_nothing(output.covered),
         )
         for name, group in found.groups.items()
@@ -149,7 +148,7 @@ def parameter_table(found: ParameterFigures) -> ReportTable:
         parts = ("corner", found.corners, None), ("measured, worst", found.unseen, WORST)
         for what, points, most in parts:
             for point in sorted(points, key=_error_at, reverse=True)[:most]:
-                values = (f"{point.values[name]:.4g}" for name in found.names)
+                values = (decimal(point.values[name], 4) for name in found.names)
                 yield what, *values, percent(_error_at(point))
 
     return ReportTable.of(("values", *found.names, "relative RMSE"), rows())

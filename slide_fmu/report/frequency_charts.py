@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import decimal
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
 from slide_fmu.core.web.charts import Axis, Chart, HeatCell, HeatMap, Line, Panel
@@ -166,7 +167,7 @@ def _cell(error: float, count: int, low: float, high: float) -> HeatCell | None:
 
 def _part_names(edges: Sequence[float], unit: str) -> list[str]:
     """Name the parts between edges; the first and the last one are open."""
-    texts = [f"{edge:g}" for edge in edges]
+    texts = [decimal(edge, 6) for edge in edges]
     if not texts:
         return ["all"]
     between = [f"{one} to {other}{unit}" for one, other in pairwise(texts)]

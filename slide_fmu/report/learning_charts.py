@@ -8,6 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import decimal
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import NO_UNIT, ratio
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
@@ -89,13 +91,14 @@ def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]
             Line("from another state", time, shown[1], width=1.4),
         ]
         verdict = "passed" if test.problem is None else "FAILED"
+        middle, worst = (percent(float(f(test.differences))) for f in (np.median, np.max))
         found.append(
             Chart(
                 f"{test.amplitude:g} times the trained amplitude: {verdict}",
                 [Panel("first output, scaled", "1", lines)],
                 text=(
-                    f"differences after one window {np.median(test.differences):.2g} (median), "
-                    f"{np.max(test.differences):.2g} (worst, drawn); growth {test.growth:.3g}"
+                    f"differences after one window {middle} (median), {worst} (worst, drawn); "
+                    f"growth {decimal(test.growth)}"
                 ),
             )
         )

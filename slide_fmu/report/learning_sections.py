@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from slide_fmu.core.readable import decimal
 from slide_fmu.fitting.history import Curve, History, TriedSize
 from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
@@ -49,10 +50,11 @@ def sizing_section(sizing: AnySizing) -> ReportSection:
         found = FITTED
     elif sizing.linearized:
         found = EIGENVALUES
+    left = decimal(sizing.remaining_amplitude)
     text = (
-        f"Time until initial effects have decayed to {sizing.remaining_amplitude:g} of their "
+        f"Time until initial effects have decayed to {left} of their "
         f"amplitude: {found} The window truncates "
-        f"{window.n_in} - {window.n_out} samples, {window.truncation_time:.4g} s."
+        f"{window.n_in} - {window.n_out} samples, {decimal(window.truncation_time, 4)} s."
     )
     if sizing.remark is not None:
         text += f" Remark: {sizing.remark}."

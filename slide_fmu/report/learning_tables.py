@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import decimal
 from slide_fmu.fitting.history import Curve, History, TriedSize
 from slide_fmu.memory.decay_figures import RecordSizingFigures, SizingFigures, seconds
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
@@ -40,9 +41,9 @@ def stability_table(tests: tuple[AmplitudeTest, ...]) -> ReportTable:
     rows = (
         (
             f"{found.amplitude:g} x",
-            _scientific(found.median_difference),
-            _scientific(found.largest_difference),
-            "inf" if found.growth is None else f"{found.growth:.3g}",
+            _percent(found.median_difference),
+            _percent(found.largest_difference),
+            "inf" if found.growth is None else decimal(found.growth),
             "passed" if test.problem is None else test.problem,
         )
         for test, found in zip(tests, stability_figures(tests), strict=True)
@@ -56,7 +57,7 @@ def training_table(histories: Mapping[str, History]) -> ReportTable:
     def rows() -> Iterator[Sequence[str]]:
         for stage, history in histories.items():
             best = min(history.validation_error)
-            error = percent(best) if history.relative else f"{best:.4g}, scaled"
+            error = percent(best) if history.relative else f"{decimal(best, 4)}, scaled"
             yield stage, str(history.step[-1]), error
 
     return ReportTable.of(("stage", "steps or iterations", "best validation loss"), rows())
@@ -71,7 +72,7 @@ def size_table(sizes: Sequence[TriedSize]) -> ReportTable:
             str(size.units),
             str(size.parameters),
             *(
-                "" if error is None else f"{error:.3g}"
+                "" if error is None else decimal(error)
                 for error in (size.validation_error, size.learnable_error)
             ),
         )
@@ -85,8 +86,8 @@ def curve_table(curve: Curve) -> ReportTable:
     rows = (
         (
             str(point.trajectories),
-            f"{point.validation_error:.3g}",
-            f"{point.training_error:.3g}",
+            decimal(point.validation_error),
+            decimal(point.training_error),
             f"{point.seconds:.0f}",
         )
         for point in curve.points
@@ -97,15 +98,18 @@ def curve_table(curve: Curve) -> ReportTable:
 
 def response_table(found: ResponseFigures) -> ReportTable:
     """Return the deviations of the learnt response matrix from the exact one."""
+    above, relative = found.max_above_diagonal, found.max_above_diagonal_relative
     rows = [
-        ("largest deviation, relative to the largest entry", found.max_deviation_relative),
-        ("largest entry above the diagonal, absolute", found.max_above_diagonal),
-        ("the same, relative to the largest entry", found.max_above_diagonal_relative),
+        (
+            "largest deviation, relative to the largest entry",
+            percent(found.max_deviation_relative),
+        ),
+        ("largest entry above the diagonal, absolute", decimal(above)),
+        ("the same, relative to the largest entry", percent(relative)),
     ]
-    cells = ((what, _scientific(value)) for what, value in rows)
-    return ReportTable.of(("figure", "value"), cells)
+    return ReportTable.of(("figure", "value"), rows)
 
 
-def _scientific(value: float | None) -> str:
-    """Return a small number with three digits; None is infinite."""
-    return "inf" if value is None else f"{value:.2e}"
+def _percent(value: float | None) -> str:
+    """Return a difference in per cent; None is infinite."""
+    return "inf" if value is None else percent(value)

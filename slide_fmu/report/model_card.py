@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import jinja2
 
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
@@ -62,7 +63,8 @@ def model_card(
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters["behind"] = behind
+    environment.filters["decimal"] = decimal
+    environment.filters["quantity"] = quantity
     environment.filters["percent"] = percent
     environment.filters["markdown"] = markdown
     environment.filters["seconds"] = seconds
@@ -163,7 +165,7 @@ def _range_of(variable: Variable) -> str:
         return "false, true"
     if variable.low is None or variable.high is None:
         return ""
-    return f"{variable.low:.4g} .. {variable.high:.4g}"
+    return f"{decimal(variable.low, 4)} .. {decimal(variable.high, 4)}"
 
 
 def without_pictures(card: str) -> str:

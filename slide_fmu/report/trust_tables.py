@@ -193,12 +193,15 @@ def tolerance_table(validations: Validations) -> ReportTable:
     if not found:
         return ReportTable.of((), ())
     outputs, tolerances = found[0]
-    columns = (f"tolerance of {one.name} in {one.unit or NO_UNIT}" for one in outputs)
+    columns = (f"tolerance of {one.name}" for one in outputs)
     rows = (
         (
             percent(row.alarms),
             *(("not reached",) * len(outputs) if row.tolerances is None else ()),
-            *(f"{value:.3g}" for value in row.tolerances or ()),
+            *(
+                quantity(value, one.unit or NO_UNIT)
+                for one, value in zip(outputs, row.tolerances or (), strict=False)
+            ),
         )
         for row in tolerances
     )

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import ratio_text
+from slide_fmu.core.readable import decimal, ratio_text
 from slide_fmu.core.units import behind
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
@@ -204,8 +204,10 @@ def _valid(
     subject: Subject, in_range: ValidationFigures, others: Sequence[ValidationFigures]
 ) -> str:
     """Say for which inputs the FMU is valid, and for which it is not."""
-    ranges = [f"{name} {low:g} .. {high:g}{behind(unit)}" for name, low, high, unit in
-              subject.inputs]  # fmt: skip
+    ranges = [
+        f"{name} {decimal(low, 6)} .. {decimal(high, 6)}{behind(unit)}"
+        for name, low, high, unit in subject.inputs
+    ]
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
     text = f"Valid for inputs like those of its training, within their ranges{shown}"
     _, bad = _kinds(in_range)

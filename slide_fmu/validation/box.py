@@ -14,6 +14,7 @@ import numpy as np
 
 from slide_fmu.core.measures import rms
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.readable import decimal
 from slide_fmu.core.signals import FloatArray, within_ranges
 from slide_fmu.core.units import behind
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
@@ -158,5 +159,5 @@ def _outputs(surrogate: Surrogate, rests: Sequence[_Rest], size: FloatArray) -> 
 def _named(surrogate: Surrogate, point: FloatArray) -> str:
     pairs = zip(surrogate.inputs, point, strict=True)
     return ", ".join(
-        f"{signal.name} = {value:.4g}{behind(signal.unit)}" for signal, value in pairs
+        f"{signal.name} = {decimal(value, 4)}{behind(signal.unit)}" for signal, value in pairs
     )

@@ -11,6 +11,8 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmus.table import row_of
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity
 from slide_fmu.cosim.check import check_fmu
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
@@ -116,8 +118,8 @@ def test_model_card_shows_what_the_released_fmu_carries(name: str) -> None:
     info = json.loads(invoke("info", released(name), "--json", "-").stdout)
     output = info["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
-    assert f"{100 * output['relative_rmse']:.3g} %" in card
-    assert f"{output['rmse']:.4g} m" in card
+    assert percent(output["relative_rmse"]) in card
+    assert quantity(output["rmse"], "m") in card
 
 
 @pytest.mark.parametrize("name", RELEASED)

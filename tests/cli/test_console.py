@@ -168,7 +168,7 @@ def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPat
     heading, *lines = messages.file.getvalue().splitlines()
     assert heading == f"{title}: 12 trajectories, seed 1"
     (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]
-    for cell in ("1 m", "0.25 m", "25 %", "0.5 m"):
+    for cell in ("1 m", "250 mm", "25 %", "500 mm"):
         assert f" {cell} " in row
     (estimated,) = [line for line in lines if line.strip(" │┃|").startswith("position ")]
     for cell in ("10 %", "20 %", "30 %", "40 %", "5 %", "1.5 times the estimate", "0.90"):

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
 from slide_fmu.cli.console import progress_bars
+from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import PROVENANCE, SURROGATE, export_fmu, read_fmu
 from slide_fmu.memory import motions
@@ -143,7 +144,7 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
     )
     assert f"{sees}; a sample is {window['step']:g} s" in result.stdout
     measured = figures["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
-    assert f"{100 * measured['relative_rmse']:.3g} %" in result.stdout
+    assert percent(measured["relative_rmse"]) in result.stdout
     assert result.stdout.index("error in range") < result.stdout.index("made by")
     order = [result.stdout.index(words) for words in ("plain call", "error bound", "A step takes")]
     assert order == sorted(order)

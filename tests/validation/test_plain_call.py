@@ -15,6 +15,7 @@ from pydantic import TypeAdapter
 from scipy.signal import lfilter
 
 from slide_fmu.bounds.input_forecast import fit_forecast
+from slide_fmu.core.measures import percent
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.window import Window
@@ -263,7 +264,7 @@ def test_inputs_without_smooth_ones_have_a_sentence_of_the_kinds_of_the_training
     found = plain_call_figures(fmu, validation, case_of(validation.recipe))
     assert found is not None
     assert found.smooth_hz is None
-    rough = f"{100 * found.outputs[0].rough:.3g} %"
+    rough = percent(found.outputs[0].rough)
     assert found.sentence.startswith(f"the plain call has errors of up to {rough}")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain
+from slide_fmu.core.readable import quantity
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trust_sections import bound_sections
 from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
@@ -183,11 +184,11 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
     table = tolerance_table({"in range": inside.figures()})
     start = inside.surrogate.error_tolerances
     factor = max(9.0 / start)  # the largest bounds are 9 and 9
-    expected = tuple(f"{value:.3g}" for value in factor * start)
+    expected = tuple(quantity(value, "m") for value in factor * start)
     assert table.heading == (
         "false alarms in range",
-        "tolerance of y0 in m",
-        "tolerance of y1 in m",
+        "tolerance of y0",
+        "tolerance of y1",
     )
     assert table.rows[0] == ("0.5 %", *expected)
     not_reached = tolerance_table({"in range": found.figures()})

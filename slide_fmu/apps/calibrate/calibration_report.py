@@ -9,9 +9,9 @@ import numpy as np
 from slide_fmu.apps.calibrate.calibrate_fmu import FittedCourse
 from slide_fmu.apps.calibrate.result import Calibration, FittedParameter, OutputFit
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import quantity
+from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import behind
+from slide_fmu.core.units import behind, labelled
 from slide_fmu.core.web.charts import Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict, remark_sections
 from slide_fmu.report.table import ReportTable
@@ -53,15 +53,14 @@ def parameter_table(found: Calibration) -> ReportTable:
     """Return the fitted values with their intervals and ranges."""
     rows = (
         (
-            one.parameter.name,
-            f"{one.value:.6g}",
-            f"{one.low:.6g} .. {one.high:.6g}",
-            f"{one.parameter.low:g} .. {one.parameter.high:g}",
-            behind(one.parameter.unit).strip(),
+            labelled(one.parameter.name, one.parameter.unit),
+            decimal(one.value, 5),
+            f"{decimal(one.low, 5)} .. {decimal(one.high, 5)}",
+            f"{decimal(one.parameter.low, 5)} .. {decimal(one.parameter.high, 5)}",
         )
         for one in found.parameters
     )
-    return ReportTable.of(("parameter", "value", "95 % interval", "range", "unit"), rows)
+    return ReportTable.of(("parameter", "value", "95 % interval", "range"), rows)
 
 
 def output_table(found: Calibration) -> ReportTable:
@@ -69,7 +68,7 @@ def output_table(found: Calibration) -> ReportTable:
     rows = (
         (
             fit.name,
-            *(f"{rmse:.4g}{behind(fit.unit)}" for rmse in (fit.before, fit.after)),
+            *(quantity(rmse, fit.unit) for rmse in (fit.before, fit.after)),
             percent(fit.relative),
         )
         for fit in found.outputs
@@ -78,14 +77,16 @@ def output_table(found: Calibration) -> ReportTable:
 
 
 def _held(found: Calibration) -> str:
-    return " ".join(f"{name} was held at {value:g}." for name, value in found.fixed.items())
+    return " ".join(
+        f"{name} was held at {decimal(value, 6)}." for name, value in found.fixed.items()
+    )
 
 
 def _parameter_fact(one: FittedParameter) -> Fact:
     unit = behind(one.parameter.unit)
-    text = f"95 % interval: {one.low:.4g} to {one.high:.4g}{unit}."
+    text = f"95 % interval: {decimal(one.low, 4)} to {decimal(one.high, 4)}{unit}."
     good = None if one.remark is None else False
-    return Fact(one.parameter.name, f"{one.value:.4g}{unit}", text, good)
+    return Fact(one.parameter.name, f"{decimal(one.value, 4)}{unit}", text, good)
 
 
 def _output_fact(fit: OutputFit) -> Fact:

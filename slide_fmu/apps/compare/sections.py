@@ -96,18 +96,18 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
     names = [output.name for output in figures.models[0].outputs]
     heading = (
         "model",
-        "size",
         *(f"error of {name}" for name in names),
         "parameters",
         "CPU time",
         "a step",
         "step, own = 1",
+        "size",
         "how the training ended",
     )
 
     def cells(model: ModelFigures) -> Iterator[str]:
         """Yield the cells of a model; cells of missing figures are empty."""
-        yield from (model.title, model.structure)
+        yield model.title
         if model.failed is None:
             yield from (_percent(output.rmse_over_deviation) for output in model.outputs)
         else:
@@ -116,7 +116,7 @@ def model_table(figures: ComparisonFigures) -> ReportTable:
         yield "" if model.cpu_seconds is None else duration(model.cpu_seconds)
         yield "" if model.step_us is None else duration(1e-6 * model.step_us)
         yield "" if model.time_ratio is None else f"{float(f'{model.time_ratio:.2g}'):g}"
-        yield remark_on(model, figures.trajectories, figures.budget_s)
+        yield from (model.structure, remark_on(model, figures.trajectories, figures.budget_s))
 
     return ReportTable.of(heading, map(cells, figures.models))
 

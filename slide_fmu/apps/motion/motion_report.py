@@ -165,7 +165,7 @@ def _seconds(value: float | None) -> str:
 
 def limit_table(used: Mapping[str, float]) -> ReportTable:
     """Return the used fraction of each limit as a table."""
-    rows = ((name, f"{100 * part:.4g} %") for name, part in used.items())
+    rows = ((name, percent(part)) for name, part in used.items())
     return ReportTable.of(("limit", "used"), rows)
 
 

@@ -7,9 +7,8 @@ import numpy as np
 from slide_fmu.apps.motion.motion_report import limit_table, panels_by_unit
 from slide_fmu.apps.motion.path_correction import Corrected, PathErrors
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import quantity
+from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Chart, Line, Panel
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
@@ -18,11 +17,11 @@ from slide_fmu.report.table import ReportTable
 def path_report(corrected: Corrected) -> Report:
     """Return the report of a corrected path."""
     figures = corrected.figures()
-    found, unit = figures.predicted, behind(figures.unit)
+    found, unit = figures.predicted, figures.unit
     summary = (
-        f"The path is off by {found.rms_before:.3g}{unit} RMS as it is, and by "
-        f"{found.rms_after:.3g}{unit} with its corrections, as the surrogate predicts. It may "
-        f"be off by {figures.largest_margin:.3g}{unit} in that: {figures.margin_is}."
+        f"The path is off by {quantity(found.rms_before, unit)} RMS as it is, and by "
+        f"{quantity(found.rms_after, unit)} with its corrections, as the surrogate predicts. It "
+        f"may be off by {quantity(figures.largest_margin, unit)} in that: {figures.margin_is}."
     )
     text = (
         "Errors are distances of the outputs from where they are wished to be. For the tool of a "
@@ -35,7 +34,7 @@ def path_report(corrected: Corrected) -> Report:
             "What the corrections add to each coordinate. Where the coordinates hardly move the "
             "outputs in some direction, the condition number is large, and errors in that "
             "direction stay: the largest one along this path is "
-            f"{figures.largest_condition:.3g}.",
+            f"{decimal(figures.largest_condition)}.",
             limit_table(figures.limits_used),
             charts=[_corrections(corrected)],
         ),
@@ -67,7 +66,7 @@ def path_table(corrected: Corrected) -> ReportTable:
     """Return the errors before and after."""
     figures = corrected.figures()
     found = ("surrogate", figures.predicted), ("reference model", figures.reference)
-    rows = ((n, *_cells(e, behind(figures.unit))) for n, e in found if e is not None)
+    rows = ((n, *_cells(e, figures.unit)) for n, e in found if e is not None)
     heading = "by", "RMS before", "RMS after", "largest before", "largest after", "less"
     return ReportTable.of(heading, rows, "errors")
 
@@ -76,8 +75,8 @@ def _cells(found: PathErrors, unit: str) -> list[str]:
     errors = found.rms_before, found.rms_after, found.largest_before, found.largest_after
     less = found.times_less
     return [
-        *(f"{error:.3g}{unit}" for error in errors),
-        "all of it" if less is None else f"{less:.3g} times",
+        *(quantity(error, unit) for error in errors),
+        "all of it" if less is None else f"{decimal(less)} times",
     ]
 
 

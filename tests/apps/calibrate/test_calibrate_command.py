@@ -13,6 +13,7 @@ import pytest
 from fmpy.ssp.ssd import read_ssv
 
 from slide_fmu.apps.calibrate.command import PAIRINGS
+from slide_fmu.core.readable import decimal
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.records.preparation import Pairing
 from tests.acceptance.conftest import invoke
@@ -53,7 +54,7 @@ def test_calibrate_prints_values_and_writes_figures_and_parameters(
         low, high = row["interval"]
         assert low < row["value"] < high
         assert row["value"] == pytest.approx(TRUE[row["name"]], abs=0.3)
-        assert f"{row['value']:.6g}" in result.stderr
+        assert decimal(row["value"], 5) in result.stderr
     assert figures["outputs"][0]["after"] < 0.3 * figures["outputs"][0]["before"]
     assert "the surrogate's own error is not known" in result.stderr
     values = {row["name"]: row["value"] for row in figures["parameters"]}
@@ -115,7 +116,7 @@ def test_report_shows_parameters_and_the_record(files: tuple[Path, Path], tmp_pa
     figures = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     for row in figures["parameters"]:
         assert f"<dt>{row['name']}</dt>" in page
-        assert f"{row['value']:.6g}" in page
+        assert decimal(row["value"], 5) in page
     (chart,) = charts_of(page)["charts"]
     names = [line["name"] for line in chart["panels"][0]["lines"]]
     assert names == ["record", "before", "fitted"]

@@ -17,9 +17,16 @@ NARROW = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻·."
 
 def ticks(low: float, high: float) -> list[str]:
     """Texts of the ticks between two values."""
+    return answer(
+        "axes.js", "linearTicks", f"linearTicks([{low}, {high}], 5).map(({{ text }}) => text)"
+    )
+
+
+def answer(module: str, name: str, call: str) -> list[str]:
+    """What an expression gives that calls a function of a module."""
     script = (
-        f"import {{ linearTicks }} from {json.dumps((MODULES / 'axes.js').as_uri())};"
-        f"console.log(JSON.stringify(linearTicks([{low}, {high}], 5).map((tick) => tick.text)));"
+        f"import {{ {name} }} from {json.dumps((MODULES / module).as_uri())};"
+        f"console.log(JSON.stringify({call}));"
     )
     done = subprocess.run(
         [node(), "--input-type=module", "-e", script], capture_output=True, text=True, check=True
@@ -45,3 +52,10 @@ def test_labels_of_an_axis_fit_beside_it(ends: tuple[float, float], texts: list[
     found = ticks(*ends)
     assert found == texts
     assert max(sum(0.5 if c in NARROW else 1.0 for c in text) for text in found) <= FITS
+
+
+def test_places_of_a_logarithmic_axis_have_prefixes_where_the_unit_may() -> None:
+    call = "[1e-3, 1e-5, 2e-7, 1, 5e4].map((v) => placeText(v, 'm'))"
+    assert answer("units.js", "placeText", call) == ["1 mm", "10 µm", "200 nm", "1 m", "50 km"]
+    units = "['1', '%', 'N.m', 'mm'].map((unit) => placeText(1e-5, unit))"
+    assert answer("units.js", "placeText", units) == [None] * 4

@@ -4,7 +4,7 @@ import { axisOf, linearTicks, logTicks } from "./axes.js";
 import { isSeen, prepare } from "./canvases.js";
 import { colourOf } from "./colours.js";
 import { drawTrace } from "./traces.js";
-import { scaleFor } from "./units.js";
+import { placeText, scaleFor } from "./units.js";
 
 const LEFT = 52;
 const RIGHT = 8;
@@ -14,9 +14,12 @@ const BOTTOM = 20;
 const LOW = 40; // a plot of less height has room for fewer numbers
 const GAP = 6; // between the y axis and its numbers
 
+/** Numbers of a logarithmic axis have units of their own where these may have prefixes. */
+const hasOwnUnits = (unit, yLog) => yLog && placeText(1, unit) !== null;
+
 /** The place of the upper end of the y axis. */
-function topOf(unit) {
-  return unit === "" || unit === "1" ? TOP : TOP + UNIT;
+function topOf(unit, yLog) {
+  return unit === "" || unit === "1" || hasOwnUnits(unit, yLog) ? TOP : TOP + UNIT;
 }
 
 function drawXAxis(context, frame, { xUnit = "s", xLog = false }) {
@@ -43,17 +46,18 @@ function drawYAxis(context, frame, { unit, size, yLog = false }) {
   const shown = yRange.map((value) => value / scale.factor);
   const about = Math.max(bottom - top < LOW ? 2 : 3, (bottom - top) / 34);
   const ticks = yLog ? logTicks(shown, about) : linearTicks(shown, about);
+  const own = hasOwnUnits(unit, yLog);
   context.textAlign = "right";
   context.textBaseline = "middle";
   for (const { value, text } of ticks) {
     const at = Math.round(y(value * scale.factor)) + 0.5;
     context.moveTo(left, at);
     context.lineTo(right, at);
-    context.fillText(text, left - GAP, at);
+    context.fillText(own ? placeText(value, unit) : text, left - GAP, at);
   }
   context.textBaseline = "top";
   context.textAlign = "left";
-  context.fillText(scale.unit, 2, 0);
+  context.fillText(own ? "" : scale.unit, 2, 0);
 }
 
 function drawAxes(context, frame, what) {
@@ -101,7 +105,7 @@ export function drawPlot(canvas, what) {
     return;
   }
   const { context, width, height } = prepare(canvas);
-  const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit), height - BOTTOM];
+  const [left, right, top, bottom] = [LEFT, width - RIGHT, topOf(what.unit, what.yLog), height - BOTTOM];
   const { xRange, yRange } = what;
   const x = axisOf(xRange, [left, right], what.xLog);
   const y = axisOf(yRange, [bottom, top], what.yLog);

@@ -30,6 +30,12 @@ export function digits(value, count = 3) {
   return (short ? String(Number(text)) : text).replace("-", "−");
 }
 
+/** The place of a tick with its own prefix, such as "10 µm"; null where the unit has none. */
+export function placeText(value, unit) {
+  const scale = scaleFor(value, unit);
+  return PREFIXED.has(unit) ? `${Number((value / scale.factor).toPrecision(3))} ${scale.unit}` : null;
+}
+
 /** A value with its unit, as one that belongs to values of a size. */
 export function quantity(value, largest, unit, count = 3) {
   const scale = scaleFor(largest, unit);

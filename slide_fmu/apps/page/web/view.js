@@ -107,6 +107,6 @@ export class View {
     byId("record-name").textContent = course.name;
     byId("errors").replaceChildren(...rows);
     byId("errors-block").hidden = rows.length === 0;
-    byId("same").textContent = difference === null ? "" : `${difference.toExponential(1)} of the range`;
+    byId("same").textContent = difference === null ? "" : `${Number((100 * difference).toPrecision(2))} % of the range`;
   }
 }

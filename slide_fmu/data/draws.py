@@ -6,8 +6,9 @@ Streams keep the splits independent of each other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from typing import TypeVar
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
 from slide_fmu.data.closed_loop import ClosedLoop, straight
-from slide_fmu.excitation.loop import LoopRecipe
+from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.excitation.mix import choose_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, Stepping, System
@@ -60,6 +61,9 @@ ATTEMPTS = 5
 
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
+
+TOGETHER = 0.5
+"""Probability that in the motion of a loop all those act too that have other inputs."""
 
 MOST_SAMPLES = 100_000_000
 """A trajectory with this many samples is refused: once simulated it would not fit into memory."""
@@ -206,12 +210,26 @@ def _drawn_inputs(
     if isinstance(chosen, LoopRecipe) and closed:
         assert isinstance(system, Stepping)  # a case with loops has no other system
         inputs, parts = straight(inputs, finest // parts), finest
-        partner = chosen.partner(rng, alone=len(system.inputs) == 1)
-        inputs = ClosedLoop(chosen, system).inputs(inputs, partner, parts, max(factor, 1.0))
+        again = partial(outer.inputs, system.inputs, time, factor, rng)
+        loops = ClosedLoop(_closed_together(recipe.loop, chosen, len(system.inputs), rng), system)
+        inputs = loops.inputs(inputs, parts, max(factor, 1.0), again)
     if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
         inputs = within_ranges(system.inputs, inputs)
     between = inputs if parts > 1 else None
     return Draw(kind, factor, None, inputs[parts - 1 :: parts], burn_in, attempt, between), rng
+
+
+def _closed_together(
+    loops: Sequence[LoopRecipe], chosen: LoopRecipe, n_inputs: int, rng: np.random.Generator
+) -> list[tuple[LoopRecipe, Partner]]:
+    """Return the loop of a motion with a partner, and perhaps all those with other inputs too."""
+    closed = {chosen.input: chosen}
+    others = [loop for loop in loops if loop.input != chosen.input]
+    if others and rng.random() < TOGETHER:
+        for loop in others:
+            closed.setdefault(loop.input, loop)
+    alone = len(closed) == n_inputs
+    return [(loop, loop.drawn_partner(rng, alone)) for loop in closed.values()]
 
 
 def first_that_runs(

@@ -14,14 +14,16 @@ import numpy as np
 
 from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.draws import probe
+from slide_fmu.data.draws import PROBE_SAMPLES, probe
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
+from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
+from slide_fmu.systems.simulation import simulate
 
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
@@ -29,6 +31,10 @@ differ in the last digits."""
 
 _DO_NOT_MATTER = ("most_failures",)
 """Keys of the table ``data`` on which no trajectory depends."""
+
+
+OF_MODELS = {"partner", "through", "ranges"}
+"""Keys of a loop that are left out where its partner is no model, as in older stores."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +86,11 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
 
 
 def _with_kinds(kinds: Sequence[Excitation | LoopRecipe]) -> Tables | None:
-    return {"excitation": [kind.model_dump(mode="json") for kind in kinds]} if kinds else None
+    dumped = [
+        kind.model_dump(mode="json", exclude=None if getattr(kind, "partner", None) else OF_MODELS)
+        for kind in kinds
+    ]
+    return {"excitation": dumped} if kinds else None
 
 
 def drawn_with(fingerprint: Fingerprint, split: str, index: int) -> tuple[float, float]:
@@ -108,13 +118,23 @@ def same_kinds_of_draws(fingerprint: Fingerprint) -> Fingerprint:
 def identity(system: System, recipe: Recipe) -> FloatArray:
     """Return numbers that change when the source of the data changes, shape (n, m).
 
-    For a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``);
-    ``same_motion`` compares them.
+    For a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``), and of
+    one of each partner that is a model; ``same_motion`` compares them.
 
     Raises:
         SimulationError: the system could not be simulated.
     """
-    return probe(recipe, system)
+    partners = [_motion_of_partner(one, system) for one in recipe.loop if one.partner is not None]
+    return np.hstack([probe(recipe, system), *partners])
+
+
+def _motion_of_partner(loop: LoopRecipe, system: System) -> FloatArray:
+    """Simulate the partner of a loop alone while its inputs go through their ranges and back."""
+    lowest = [(name, pair[0]) for name, pair in (loop.ranges or {}).items()]
+    partner = own_partner(loop, system, lowest).system
+    ends = np.array([(signal.low, signal.high) for signal in partner.inputs])
+    wave = np.sin(np.linspace(0.0, 2 * np.pi, PROBE_SAMPLES))[:, None]
+    return simulate(partner, ends.mean(axis=1) + 0.5 * wave * np.ptp(ends, axis=1)).outputs
 
 
 def same_motion(before: FloatArray, now: FloatArray) -> bool:

@@ -15,7 +15,8 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.toml_table import Table
 
 
-def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
+def ordered(pair: tuple[float, float]) -> tuple[float, float]:
+    """Return a range; refuse one whose larger end comes first."""
     if pair[0] > pair[1]:
         raise ValueError("expected two numbers, the smaller one first")
     return pair
@@ -27,11 +28,11 @@ PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 """A share or a probability, from 0 to 1."""
-Range = Annotated[tuple[NonNegativeFloat, NonNegativeFloat], AfterValidator(_ordered)]
+Range = Annotated[tuple[NonNegativeFloat, NonNegativeFloat], AfterValidator(ordered)]
 """A range: lower and upper end, not negative."""
-PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(_ordered)]
+PositiveRange = Annotated[tuple[PositiveFloat, PositiveFloat], AfterValidator(ordered)]
 """A range whose ends are both above 0, the lower end first."""
-CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
+CountRange = Annotated[tuple[Count, Count], AfterValidator(ordered)]
 """A range of whole numbers from 1; both ends belong to it."""
 Limits = tuple[PositiveFloat, ...]
 """One limit for each input, in their order; or empty."""

@@ -25,7 +25,7 @@ from slide_fmu.propose.draft_signals import (
 )
 from slide_fmu.propose.first_look import FirstLook, Looking, MakeTables, look
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
-from slide_fmu.propose.proposed_loops import proposed_loops
+from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.recipe import RecipeError
@@ -161,8 +161,10 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
     """
     require_name(wish.name)
     _require_fmu_step(wish)
+    require_pairs(wish.loops)
     make_importable(Path(wish.model).parent)
     begun = _begin(wish)
+    require_pairs(wish.loops, begun.system)
     seen = _look(begun, wish, progress)
     outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
     draft = _with_loops(wish.loops, begun, _draft(wish, begun, seen, outputs))

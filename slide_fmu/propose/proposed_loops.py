@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.closed_loop import LEAST, no_answer
 from slide_fmu.excitation.loop import INERTIA, MASS, Interface, LoopRecipe, Partner
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftLoop
@@ -23,9 +25,6 @@ from slide_fmu.systems.specification import Specification
 
 SAMPLES = 400
 """Length of the answer to a small step, in samples."""
-LEAST = 1e-6
-"""Least change of an output when its input goes through its range, as a share of its own."""
-
 SMALL = 0.01
 """The step, as a part of half the range of the input."""
 FASTEST, BAND = 16, 6.0
@@ -72,26 +71,31 @@ def proposed_loops(
             be stepped, or its output drives its input on.
         SimulationError: the system could not be simulated.
     """
+    require_pairs(pairs)
     return [_proposed(pair, specification, step) for pair in pairs]
 
 
+def require_pairs(pairs: tuple[str, ...], system: System | None = None) -> None:
+    """Refuse pairs that are no ``OUTPUT:INPUT``, and such as a system has not, before it runs.
+
+    Raises:
+        RecipeError: as of ``proposed_loops``.
+    """
+    for pair in pairs:
+        output, colon, input = pair.rpartition(":")
+        if not (colon and output and input):
+            raise RecipeError(
+                f"--loop {pair!r}; expected OUTPUT:INPUT, the output that acts on a partner and "
+                "the input by which the partner answers: correct it"
+            )
+        if system is not None:
+            _interface(pair, system)
+
+
 def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop:
-    output, colon, input = pair.rpartition(":")
-    if not (colon and output and input):
-        raise RecipeError(
-            f"--loop {pair!r}; expected OUTPUT:INPUT, the output that acts on a partner and the "
-            "input by which the partner answers"
-        )
+    output, _, input = pair.rpartition(":")
     system = load_system(replace(specification, step=step))
-    try:
-        at = _interface(output, input, system)
-    except ValueError as error:
-        raise RecipeError(f"--loop {pair}: {error}") from error
-    if not isinstance(system, Stepping):
-        raise RecipeError(
-            f"--loop {pair}: the model simulates whole motions only; expected one that goes on "
-            "step by step: give f and g in place of simulate(t, u, p)"
-        )
+    at = _interface(pair, system)
     answer = _answer(system, at)
     _require_answer(pair, system, at, answer)
     slow, fast = (2 * math.pi / (FASTEST * step * by) for by in (BAND, 1.0))
@@ -110,15 +114,22 @@ def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop
     )
 
 
-def _interface(output: str, input: str, system: System) -> Interface:
+def _interface(pair: str, system: System) -> Interface:
     """Return the places of a loop, with whatever partner its units ask for."""
-    for partner in ({"mass": (1.0, 1.0)}, {"stiffness": (1.0, 1.0)}):
+    output, _, input = pair.rpartition(":")
+    if not isinstance(system, Stepping):
+        raise RecipeError(
+            f"--loop {pair}: the model simulates whole motions only; expected one that goes on "
+            "step by step: give f and g in place of simulate(t, u, p)"
+        )
+    partners: tuple[dict[str, Any], ...] = ({"mass": (1.0, 1.0)}, {"stiffness": (1.0, 1.0)})
+    for partner in partners:
         loop = LoopRecipe(output=output, input=input, weight=WEIGHT, **partner)
         try:
             return loop.interface(system.inputs, system.outputs)
         except ValueError as error:
             last = error
-    raise last
+    raise RecipeError(f"--loop {pair}: {last}") from last
 
 
 def _answer(system: System, at: Interface) -> _Answer:
@@ -144,19 +155,19 @@ def _finer(specification: Specification, step: float, at: Interface) -> _Answer 
     return _answer(system, at)
 
 
-def _masses(answer: _Answer, slow: float, fast: float) -> dict[str, tuple[float, float]]:
+def _masses(answer: _Answer, slow: float, fast: float) -> dict[str, Any]:
     """Return masses, and a stiffness where the system has none, for loops of these frequencies."""
     gains = [answer.gain(turn) for turn in (slow, fast)]
     stiff = [max(-gain.real, DAMPED * abs(gain)) for gain in gains]
     masses = sorted(size / turn**2 for size, turn in zip(stiff, (slow, fast), strict=True))
-    found = {"mass": _pair(*masses)}
+    found: dict[str, Any] = {"mass": _pair(*masses)}
     if not _holds(answer, abs(gains[1])):
         middle = math.sqrt(masses[0] * masses[1]) * slow * fast
         found["stiffness"] = _pair(middle / 3, 3 * middle)
     return found
 
 
-def _springs(answer: _Answer, slow: float, fast: float) -> dict[str, tuple[float, float]]:
+def _springs(answer: _Answer, slow: float, fast: float) -> dict[str, Any]:
     """Return springs up to the fastest loop, from much weaker ones."""
     stiffest = 1.0 / max(abs(answer.gain(fast)), np.finfo(float).tiny)
     return {
@@ -175,11 +186,7 @@ def _require_answer(pair: str, system: System, at: Interface, answer: _Answer) -
     moved, all_of_it = (signal.high - signal.low for signal in ends)
     change = np.abs(answer.change).max() * moved * at.input_unit
     if not change > LEAST * all_of_it * at.output_unit:
-        raise RecipeError(
-            f"--loop {pair}: the output changes by {change:.2g} (SI units) where the input goes "
-            f"through its range; expected at least {LEAST:g} of the output's range: name an "
-            "output that follows the input"
-        )
+        raise RecipeError(no_answer(f"--loop {pair}", float(change)))
 
 
 def _require_holding(pair: str, at: Interface, answer: _Answer) -> None:

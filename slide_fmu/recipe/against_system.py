@@ -13,6 +13,7 @@ from slide_fmu.excitation.clipping import clipped
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
+from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -51,7 +52,7 @@ def require_driving(
 
 
 def require_loops(recipe: Recipe, system: Source) -> None:
-    """Refuse loops whose signals the system lacks, and loops around what cannot be stepped.
+    """Refuse loops whose signals or partners are missing, and loops around whole motions.
 
     Raises:
         RecipeError: the message has the loop and its fault.
@@ -73,6 +74,12 @@ def require_loops(recipe: Recipe, system: Source) -> None:
                 "system that goes on step by step: give f and g in place of simulate(t, u, p), or "
                 "begin, output and advance in a class; or remove [[loop]]"
             )
+        if loop.partner is not None:
+            lowest = [(name, pair[0]) for name, pair in (loop.ranges or {}).items()]
+            try:
+                own_partner(loop, system, lowest)
+            except LoadError as error:
+                raise RecipeError(f"{place}: {error}") from error
 
 
 def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:

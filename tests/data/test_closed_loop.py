@@ -64,7 +64,7 @@ def free_vibration(loop: LoopRecipe, system: Any, partner: Partner, start: float
     """Let go of a partner that was held by an outer force or displacement."""
     outer = np.zeros((1000, len(system.inputs)))
     outer[0, -1] = start
-    return ClosedLoop(loop, system).inputs(outer, partner)[:, -1]
+    return ClosedLoop([(loop, partner)], system).inputs(outer)[:, -1]
 
 
 @pytest.mark.parametrize("hold", ["first_order", "zero_order"])
@@ -188,7 +188,8 @@ def test_damper_without_a_spring_is_moved_through_much_of_its_range() -> None:
     slow = 80.0 * np.sin(0.05 * np.arange(400))
     outer = np.stack([np.zeros(400), slow], axis=1)
     loop = LoopRecipe(**MOVED)
-    found = ClosedLoop(loop, Damper(STEP)).inputs(outer, Partner(5.0, 0.0, 1.0))[:, 1]
+    closed = ClosedLoop([(loop, Partner(5.0, 0.0, 1.0))], Damper(STEP))
+    found = closed.inputs(outer)[:, 1]
     assert 10.0 < np.abs(found).max() <= 100.0
 
 

@@ -44,7 +44,7 @@ def test_units_that_are_no_force_and_displacement_are_refused() -> None:
 
 def test_partners_are_drawn_evenly_in_the_logarithm() -> None:
     rng, loop = np.random.default_rng(0), LoopRecipe(**CAR, stiffness=(0.0, 10.0))
-    partners = [loop.partner(rng, alone=False) for _ in range(2000)]
+    partners = [loop.drawn_partner(rng, alone=False) for _ in range(2000)]
     masses = np.array([partner.mass for partner in partners])
     assert masses.min() >= 12.0
     assert masses.max() <= 400.0
@@ -55,7 +55,7 @@ def test_partners_are_drawn_evenly_in_the_logarithm() -> None:
     assert len(shares) == pytest.approx(1000, rel=0.1)
     assert shares.min() > LEAST_OUTER
     assert np.median(shares) == pytest.approx(np.sqrt(LEAST_OUTER), rel=0.3)
-    assert min(loop.partner(rng, alone=True).outer for _ in range(100)) >= LEAST_ALONE
+    assert min(loop.drawn_partner(rng, alone=True).outer for _ in range(100)) >= LEAST_ALONE
     ends = [partner.mass for partner in LoopRecipe(**CAR).typical_partners()]
     assert ends == pytest.approx([12.0, np.sqrt(12.0 * 400.0), 400.0])
 

@@ -120,6 +120,18 @@ def test_pairs_that_are_no_loop_are_refused(tmp_path: Path, loop: str, words: li
         proposed(tmp_path, spring(), loop)
 
 
+def test_wrong_pairs_are_refused_before_the_model_is_simulated(tmp_path: Path) -> None:
+    with refused(RecipeError, "--loop 'force'", "expected OUTPUT:INPUT"):
+        propose(Wish(str(tmp_path / "none.py"), loops=("force",)), quiet)
+
+    def simulated(*_: int) -> None:
+        raise AssertionError
+
+    model = written(tmp_path, spring())
+    with refused(RecipeError, "--loop force:plaec", "expected one of ['place']"):
+        propose(Wish(model, loops=("force:plaec",)), simulated)
+
+
 def test_whole_simulations_are_refused(tmp_path: Path) -> None:
     text = spring().split("start =")[0] + (
         "\n\ndef simulate(t, u, p):\n    return -1000.0 * u[:, :1]\n"

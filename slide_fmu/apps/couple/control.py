@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from slide_fmu.apps.couple.loop import Loop
-from slide_fmu.apps.couple.methods import Method, Solution
+from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
@@ -19,16 +20,21 @@ MOST_HALVINGS = 10
 EASY = 0.1
 """A step is doubled where its error is smaller than this part of the allowed one."""
 
+TURNS = 8
+"""Linked inputs that turned back in each of this number of steps, and grew, zigzag."""
+
 
 class Taken(NamedTuple):
     """A Taken has communication points in s, (N,), with outputs (N, n_outputs) and linked inputs
-    (N, n_links) at them, the iterations of each step, and the number of rejected steps."""
+    (N, n_links) at them, the iterations of each step, the number of rejected steps, and words on
+    inputs that zigzag at the end, which are empty if none do."""
 
     time: FloatArray
     outputs: FloatArray
     inputs: FloatArray
     iterations: list[int]
     rejected: int
+    zigzag: str
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,11 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     while place < count * one:
         width = one >> halvings
         time, length = place / one * control.step, width / one * control.step
-        solution, error = _tried(loop, method, control, (time, length))
+        try:
+            solution, error = _tried(loop, method, control, (time, length))
+        except CoSimulationError as failed:
+            words = zigzag(loop, method, inputs)
+            raise CoSimulationError(f"{failed}; {words}" if words else str(failed)) from failed
         if solution is None:
             rejected, halvings = rejected + 1, halvings + 1
             if halvings > MOST_HALVINGS:
@@ -83,7 +93,34 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
         if place % one == 0:
             progress(place // one, count)
     rows = np.array(outputs), np.array(inputs).reshape(len(times), -1)
-    return Taken(np.array(times), *rows, iterations, rejected)
+    return Taken(np.array(times), *rows, iterations, rejected, zigzag(loop, method, inputs))
+
+
+def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
+    """Say which linked inputs went to and fro from step to step in the last steps, and grew.
+
+    Args:
+        inputs: linked inputs at the communication points so far, (n_links,) each.
+    """
+    if len(inputs) <= TURNS + 1 or not len(inputs[0]):
+        return ""
+    changes = np.diff(np.array(inputs[-TURNS - 2 :]), axis=0)
+    signs = np.sign(changes)
+    turned = np.all(signs[1:] * signs[:-1] < 0, axis=0)
+    sizes = np.abs(changes)
+    found = turned & (sizes[-2:].max(axis=0) > sizes[:2].max(axis=0))
+    names = [f"{one.name}.{name}" for one in loop.components for name in one.linked]
+    zigzags = [name for name, one in zip(names, found, strict=True) if one]
+    if not zigzags:
+        return ""
+    found_in = f"a zigzag: {' and '.join(zigzags)} went to and fro from step to step, and grew"
+    if isinstance(method, Explicit):
+        return f"{found_in}; expected a smooth course: take shorter steps or an implicit method"
+    return (
+        f"{found_in}, as where the force of a damper moves on a light mass within a step; "
+        'expected a smooth course: hold that force (hold = "zero_order" of the input in the model '
+        "that takes it), or take shorter steps"
+    )
 
 
 def _tried(

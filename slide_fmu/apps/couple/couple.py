@@ -116,6 +116,7 @@ def run_coupled(
         seconds = clock.perf_counter() - began
         for one in components:
             one.slave.terminate()
+    remarks += [*_on_short_steps(system, options), *([run.zigzag] if run.zigzag else [])]
     values = _values(system, loop, recorded, run.time, (run.outputs, run.inputs))
     units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
     figures = CoupledFigures(
@@ -156,6 +157,22 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
                 f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
                 f"component {name!r}, which takes no other one"
             )
+
+
+def _on_short_steps(system: CoupledSystem, options: CouplingOptions) -> list[str]:
+    """Say which surrogates have longer steps of their own, a sentence each."""
+    own = {
+        name: float(one.defaultExperiment.stepSize)
+        for name, one in system.descriptions.items()
+        if is_ours(one) and one.defaultExperiment is not None and one.defaultExperiment.stepSize
+    }
+    return [
+        f"step = {options.step:g} s is shorter than {step:g} s, the step of {name!r}: a surrogate "
+        "has no more to give between its samples, so shorter steps take time and hardly make it "
+        "more accurate, and motions may grow: take its own step, or a multiple of it"
+        for name, step in own.items()
+        if options.step < (1 - WHOLE) * step
+    ]
 
 
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:

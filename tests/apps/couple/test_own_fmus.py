@@ -57,6 +57,16 @@ def test_moving_input_is_given_at_the_end_of_each_step() -> None:
     assert run.figures.inputs == {"crank": "reached"}
 
 
+@pytest.mark.parametrize(("part", "count"), [(1.0, 0), (0.5, 1)])
+def test_steps_shorter_than_those_of_a_surrogate_get_a_remark(part: float, count: int) -> None:
+    step = 0.03125 * part
+    given = {"crank.director_x": 1.0, "crank.director_y": 0.0}
+    run = slide.couple({"crank": CRANK}, [], step=step, stop=4 * step, inputs=given)
+    assert len(run.figures.remarks) == count
+    for remark in run.figures.remarks:
+        assert "is shorter than 0.03125 s, the step of 'crank'" in remark
+
+
 def test_plain_explicit_steps_leave_the_forecast_to_the_fmu() -> None:
     run = slide.couple(
         {"crank": CRANK},

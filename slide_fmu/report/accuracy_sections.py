@@ -26,7 +26,7 @@ from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigure
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
 
-CLOSE_UP = "Each output around its largest error, with its bound and the inputs that led there."
+CLOSE_UP = "Each output around its largest error, with {bound}the inputs that led there."
 
 PHASE = (
     "Every output over its speed, around the largest error of its worst trajectory, as splines "
@@ -48,7 +48,11 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
-        ReportSection("Around the largest error", CLOSE_UP, charts=close_ups(main)),
+        ReportSection(
+            "Around the largest error",
+            CLOSE_UP.format(bound="" if main.surrogate.bound is None else "its bound and "),
+            charts=close_ups(main),
+        ),
         _validity_section(main, figures),
         *frequency_sections(main),
         *([] if worst is None else [worst]),

@@ -134,9 +134,11 @@ def _phase(response: ComplexArray) -> FloatArray:
 
 
 def error_maps(validation: Validation) -> list[HeatMap]:
-    """Return the heat map of a validation; none where its trajectories are too short."""
+    """Return the heat map of a validation; none where it would have fewer than two cells."""
     found = error_map(validation)
-    return [] if found is None or not np.nansum(found.error) else [_heat_map(found)]
+    if found is None or not np.nansum(found.error) or np.isfinite(found.error).sum() < 2:
+        return []
+    return [_heat_map(found)]
 
 
 def _heat_map(found: ErrorMap) -> HeatMap:

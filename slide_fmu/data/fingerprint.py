@@ -156,4 +156,13 @@ def _first_difference(found: Any, wanted: Any, place: str) -> str | None:
             if difference is not None:
                 return difference
         return None
+    if _are_tables(found) and _are_tables(wanted) and len(found) == len(wanted):
+        pairs = enumerate(zip(found, wanted, strict=True), start=1)  # as people count tables
+        each = (_first_difference(*pair, f"{place} {number}") for number, pair in pairs)
+        return next(filter(None, each), None)
     return None if found == wanted else f"{place} = {found!r} there, {wanted!r} in the recipe"
+
+
+def _are_tables(value: Any) -> bool:
+    """Tell whether a value is a list of tables, such as those of ``data.excitation``."""
+    return isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)

@@ -64,10 +64,10 @@ class Kind(Table, abc.ABC):
     def settings(self) -> dict[str, str]:
         """Return the fields other than ``kind`` and ``weight`` by name, as text for reports.
 
-        A switch that is off is omitted, and a range from 0 to 0.
+        A switch that is off is omitted, a range from 0 to 0, and what is not given.
         """
         fields = type(self).model_fields
-        off = (name for name, value in self if value is False or value == (0.0, 0.0))
+        off = (name for name, value in self if value is False or value in (None, (0.0, 0.0)))
         left_out = {"kind", "weight", *off}
         chosen = {name: value for name, value in self if name not in left_out}
         return {

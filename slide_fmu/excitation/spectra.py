@@ -106,15 +106,30 @@ class Multisine(ChannelKind):
             sines, with one sine in each part: slow and fast sines at once.
         offset: range of a constant of random sign that is added, as a part of half the range of
             the input; it is drawn uniformly.
+        points: range in s of the time between communication points, whose logarithm is drawn
+            uniformly. All inputs are straight from point to point, or held if they are held
+            inputs, as a master with such a step gives them. Without it, sines bend everywhere.
     """
-
-    bends = True
 
     kind: Literal["multisine"]
     angular_frequency: PositiveRange
     components: CountRange = (8, 20)
     decades: bool = False
     offset: Range = (0.0, 0.0)
+    points: PositiveRange | None = None
+
+    @property
+    def bends(self) -> bool:  # type: ignore[override]  # a constant of the other kinds
+        """Whether the inputs are curved between samples: not with communication points."""
+        return self.points is None
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        angles = [signal.name for signal in signals if signal.angle is not None]
+        if angles and self.points is not None:
+            raise ValueError(
+                f"points = {list(self.points)} with inputs {angles}, which are cosine and sine of "
+                "an angle; expected no points: a straight line leaves the circle. Remove the key"
+            )
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         spread = ", slow and fast ones at once" if self.decades else ""
@@ -124,7 +139,37 @@ class Multisine(ChannelKind):
         return (
             f"{subject(signals)} is {sines} of "
             f"{between(self.angular_frequency)} rad/s{spread}, with an RMS of "
-            f"{size(self.amplitude, signals)}{about}, clipped to its range"
+            f"{size(self.amplitude, signals)}{about}, clipped to its range{self._apart(step)}"
+        )
+
+    def _apart(self, step: float) -> str:
+        if self.points is None:
+            return ""
+        low, high = (step * _samples(value, step) for value in self.points)
+        return f"; it is straight or held between points {between((low, high), 's')} apart"
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        if self.points is None or len(time) < 2:
+            return super().inputs(signals, time, factor, rng)
+        low, high = np.log(self.points)
+        step = float(time[1] - time[0])
+        apart = _samples(float(np.exp(rng.uniform(low, high))), step)
+        points = np.arange(-int(rng.integers(apart)), len(time) + apart, apart)
+        found = super().inputs(signals, time[0] + step * points, factor, rng)
+        at = np.arange(len(time))
+        before = np.searchsorted(points, at, side="right") - 1
+        return np.stack(
+            [
+                values[before] if signal.hold == "zero_order" else np.interp(at, points, values)
+                for signal, values in zip(signals, found.T, strict=True)
+            ],
+            axis=1,
         )
 
     def scaled(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -143,3 +188,8 @@ class Multisine(ChannelKind):
         phase = rng.uniform(-np.pi, np.pi, count)
         total = np.sin(time[:, None] * frequency + phase).sum(axis=1)
         return np.asarray(total * np.sqrt(2 / count))
+
+
+def _samples(time: float, step: float) -> int:
+    """Return the number of sample steps in a time, at least 1."""
+    return max(1, round(time / step))

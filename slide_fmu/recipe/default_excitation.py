@@ -5,7 +5,8 @@ machines: noise, sums of many and of few sines, single sines and sweeps in the b
 step, steps and rests, each from small to large. Most smooth inputs are like sums of slow and fast
 sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
 point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
-Both also move as drives are driven: at their limits, in jogs and long moves, with stops.
+Both also move as drives are driven: at their limits, in jogs and long moves, with stops. Masters
+with longer steps give motions that are straight between communication points.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ SPEEDING_UP = 25
 """Number of samples in which it reaches that speed at its limit of acceleration."""
 TURN = 25
 """Number of samples in which an angle makes a turn at its limit of speed."""
+SAMPLES_APART = 8
+"""Largest number of samples from one communication point of a master to the next."""
 BOX_WEIGHT = 0.2
 """Weight, of 1 in all, of constant inputs at corners of the ranges and inside, and of the motions
 between them."""
@@ -77,8 +80,7 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    sines, steps = (0.15, 0.05) if moving else (0.1, 0.1)
-    slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
+    steps, resonant, held = (0.05, 0.1, 0.1) if moving else (0.1, 0.05, 0.15)
     end = _tidy(top / RESONANT[1])
     longest = long if moving else _tidy(4 * long)
     ends: KindTable = {
@@ -87,22 +89,22 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     others: list[KindTable] = [
         {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
-        {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
-        {"kind": "multisine", "weight": slow_and_fast, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, end], "components": [2, 4], "decades": True},
         {"kind": "multisine", "weight": resonant, "amplitude": [0.1, 0.5],
          "angular_frequency": [_tidy(top / RESONANT[0]), end], "components": [1, 3]},
-        {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
+        {"kind": "held_random", "weight": held, "amplitude": [0.05, largest], "samples": samples},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
         {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
         {"kind": "steps", "weight": steps, "amplitude": [0.05, largest],
          "duration": [short, longest]},
-        *([] if moving else [ends]),
+        _between_points(step, low, end) if moving else ends,
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
     box: KindTable = {
@@ -113,6 +115,15 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     }
     rest = 1.0 - BOX_WEIGHT
     return [*(_lighter(table, rest) for table in others), box]
+
+
+def _between_points(step: float, low: float, high: float) -> KindTable:
+    """Return motions as masters with longer steps give them: straight, with kinks."""
+    return {
+        "kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
+        "angular_frequency": [low, high], "components": [2, 8], "decades": True,
+        "points": [step, _tidy(SAMPLES_APART * step)],
+    }  # fmt: skip
 
 
 def _lighter(table: KindTable, part: float) -> KindTable:
@@ -133,11 +144,12 @@ def _smooth(step: float) -> list[KindTable]:
     middle = _tidy(math.sqrt(top * low))
     long = _tidy(math.pi / middle)
     return [
-        {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
-        {"kind": "multisine", "weight": 0.2, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, slow], "components": [2, 4], "decades": True},
-        {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.1],
+        _between_points(step, low, slow),
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.1],
          "angular_frequency": [middle, fast]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.2],
          "angular_frequency": [slow, fast], "components": [1, 3]},

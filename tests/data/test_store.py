@@ -128,7 +128,7 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
     [
         ("data.seed = 7 there, 8 in the recipe", {"data": {"seed": 8}}),
         ("data.burn_in = 0.25 there, 0.5", {"data": {"burn_in": 0.5}}),
-        ("data.excitation = ", {"data": {"excitation": [{"kind": "held_random", "weight": 2.0}]}}),
+        ("data.excitation", {"data": {"excitation": [{"kind": "held_random", "weight": 2.0}]}}),
         ("step = 0.015625 there, 0.03125", {"window": {"step": 0.03125}}),
         ("system.parameters.damping = 40.0 there, 8", {"system": {"parameters": {"damping": 8}}}),
     ],
@@ -275,7 +275,7 @@ def test_store_gets_room_for_further_kinds_and_refuses_others(tmp_path: Path) ->
     prepared_store(path, with_kinds(kind), shapes, MOTION)
     assert open_store(path).split("further").missing() == [0, 1, 2]
     prepared_store(path, with_kinds(), shapes, MOTION)
-    with refused(StoreError, "bound.excitation = [", "0.3", "there, ["):
+    with refused(StoreError, "bound.excitation 1.duration = [", "0.3", "there, ["):
         prepared_store(path, with_kinds({**kind, "duration": [0.1, 0.9]}), shapes, MOTION)
 
 

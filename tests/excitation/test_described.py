@@ -54,6 +54,11 @@ OF_ONE_INPUT: dict[str, tuple[dict[str, Any], str]] = {
         "force is a sine of 5 to 6 rad/s, with an RMS of 2 N, about an offset of 1 to 2 N, "
         "clipped to its range",
     ),
+    "multisine between points": (
+        {"angular_frequency": [5.0, 6.0], "components": [2, 3], "points": [0.004, 0.08]},
+        "force is a sum of 2 to 3 sines of 5 to 6 rad/s, with an RMS of 2 N, clipped to its "
+        "range; it is straight or held between points 0.01 to 0.08 s apart",
+    ),
     "steps": (
         {"duration": [0.3, 0.5]},
         "force steps between random levels of up to 2 N, each for 0.3 to 0.5 s",

@@ -125,6 +125,41 @@ def test_harmonic_is_one_sine_of_the_range() -> None:
     assert max(found) > 16.0
 
 
+def test_multisine_is_straight_or_held_between_common_points() -> None:
+    kind = kind_of("multisine", points=[4 * STEP, 4 * STEP], amplitude=[0.1, 0.2])
+    signals = (Signal("a", "m", -2.0, 6.0, hold="first_order"), Signal("b", "N", -2.0, 6.0))
+    assert not kind.bends
+    assert kind_of("multisine").bends
+    for seed in range(8):
+        moving, held = kind.inputs(signals, TIME, 1.0, np.random.default_rng(seed)).T
+        kinks = np.flatnonzero(np.abs(np.diff(moving, 2)) > 1e-9) + 1
+        jumps = np.flatnonzero(np.diff(held)) + 1
+        assert set(np.diff(kinks)) <= {4, 8}
+        assert set(np.diff(jumps)) <= {4, 8}  # one may be too small
+        assert len({*(kinks % 4), *(jumps % 4)}) == 1
+        assert len(kinks) > len(TIME) / 5
+
+
+def test_points_have_all_distances_of_their_range_and_a_sample_at_least() -> None:
+    kind = kind_of("multisine", points=[0.3 * STEP, 6 * STEP])
+    signals = (Signal("b", "N", -2.0, 6.0),)
+    found = []
+    for seed in range(60):
+        held = kind.inputs(signals, TIME, 1.0, np.random.default_rng(seed))[:, 0]
+        found.append(min(np.diff(np.flatnonzero(np.diff(held)))))
+    assert {1, 2, 3, 4, 5} <= set(found) <= {1, 2, 3, 4, 5, 6}
+
+
+def test_angle_with_points_is_refused() -> None:
+    signals = (
+        Signal("x", "1", -1.0, 1.0, hold="first_order", angle="cosine"),
+        Signal("y", "1", -1.0, 1.0, hold="first_order", angle="sine"),
+    )
+    kind_of("multisine").check(signals)
+    with pytest.raises(ValueError, match=r"points = \[0.1, 0.2\] .* leaves the circle"):
+        kind_of("multisine", points=[0.1, 0.2]).check(signals)
+
+
 def test_multisine_has_its_frequencies_and_unit_rms() -> None:
     squares = []
     for seed in range(40):

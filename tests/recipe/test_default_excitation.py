@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.default_excitation import default_excitation
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.recipe import Recipe
 from tests.recipes import tiny_recipe, whole_recipe
 
@@ -109,3 +109,11 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
             fastest.append(np.abs(np.diff(drawn, axis=0)).max())
         speeds[inputs] = max(fastest)
     assert 3 * speeds["rates"] < speeds["moving"]
+
+
+@pytest.mark.parametrize("inputs", ["moving", "rates"])
+def test_motions_with_kinks_are_learnt_as_masters_give_them(inputs: InputKind) -> None:
+    (table,) = (table for table in default_excitation(0.01, inputs) if "points" in table)
+    assert table["points"] == [0.01, 0.08]
+    assert sum(one["weight"] for one in default_excitation(0.01, inputs)) == pytest.approx(1.0)
+    assert not any("points" in one for one in default_excitation(0.01, "held"))

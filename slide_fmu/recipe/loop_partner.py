@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -74,7 +75,9 @@ def _made(
     at: tuple[int, int],
 ) -> OwnPartner:
     """Make a partner; ``ends`` are the output that acts on it, and the input that it gives."""
-    label, found = f"partner {model!r}", describe_model(model)
+    label = f"partner {model!r}"
+    with _named(label):
+        found = describe_model(model)
     inputs = {n: one for n, one in found.inputs.items() if not found.inputs_may_be_left_out}
     taken = _port(label, "input", found.inputs, through and through[0], set(dict(ranges)))
     given = _port(label, "output", found.outputs, through and through[1], set())
@@ -96,7 +99,8 @@ def _made(
     made = Specification(
         found.model, parameters, step, found.kind, {} if own else tables, {} if own else read
     )
-    system = load_system(made)
+    with _named(label):
+        system = load_system(made)
     if not isinstance(system, Stepping):
         raise LoadError(
             f"{label} simulates whole motions only; expected a model that goes on step by step: "
@@ -106,6 +110,15 @@ def _made(
     column = names.index(taken)
     further = tuple(k for k in range(len(names)) if k != column)
     return OwnPartner(system, column, [s.name for s in system.outputs].index(given), further)
+
+
+@contextmanager
+def _named(label: str) -> Iterator[None]:
+    """Say that it is the partner that cannot be used, and not the system."""
+    try:
+        yield
+    except LoadError as error:
+        raise LoadError(f"{label}: {error}") from error
 
 
 def _port(

@@ -128,7 +128,7 @@ def test_change_of_a_partner_is_a_change_of_the_data(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"partner": "no_body.py"}, ["1st [[loop]]", "no_body.py"]),
+        ({"partner": "no_body.py"}, ["1st [[loop]]: partner 'no_body.py'"]),
         ({"through": ("pull", "height")}, ["the input 'pull'", "'push'"]),
         ({"through": None}, ["through is not given", "['push', 'load']"]),
         ({"ranges": {"m": [2.0, 1.0]}}, ["smaller one first"]),

@@ -166,10 +166,13 @@ def _on_short_steps(system: CoupledSystem, options: CouplingOptions) -> list[str
         for name, one in system.descriptions.items()
         if is_ours(one) and one.defaultExperiment is not None and one.defaultExperiment.stepSize
     }
+    by = (
+        "" if options.method in IMPLICIT else ", by an implicit method"
+    )  # explicit ones may need it
     return [
         f"step = {options.step:g} s is shorter than {step:g} s, the step of {name!r}: a surrogate "
         "has no more to give between its samples, so shorter steps take time and hardly make it "
-        "more accurate, and motions may grow: take its own step, or a multiple of it"
+        f"more accurate, and motions may grow: take its own step, or a multiple of it{by}"
         for name, step in own.items()
         if options.step < (1 - WHOLE) * step
     ]

@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 
 
 def show_draft(proposal: Proposal) -> None:
-    """Print the signals of a proposed recipe, and the assumptions."""
+    """Print the signals of a proposed recipe, and the assumptions.
+
+    How inputs act stands once below the table: in each row it would make narrow consoles long.
+    """
     draft = proposal.draft
     rows = []
+    comments: dict[tuple[str, str], list[str]] = {}
     for what, signals in (("input", draft.inputs), ("output", draft.outputs)):
         for signal in signals:
             ends = signal.table.range
@@ -35,8 +39,12 @@ def show_draft(proposal: Proposal) -> None:
                 signal.origin,
             )
             rows.append(row)
+            comments.setdefault((acts, signal.acts), []).append(signal.name)
     heading = "signal", "unit", "range", "acts", "where the range comes from"
     show_table(ReportTable.of(heading, rows))
+    for (acts, comment), names in comments.items():
+        if comment:
+            console.print(f"{acts:7} {', '.join(names)}: {comment}")
     console.print(f"step    {draft.step:g} s: {draft.step_origin}")
     for remark in proposal.remarks:
         show_remark(remark)

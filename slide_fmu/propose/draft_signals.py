@@ -216,9 +216,8 @@ def _input(
         moves = kind in FINE or table.unit in MOVING
         hold: Hold = "first_order" if moves else "zero_order"
         table = table.model_copy(update={"hold": hold})
-    if kind != "class":
-        origin += f" {_ACTS[table.hold or 'zero_order']}"
-    return DraftSignal(name, table, origin)
+    acts = "" if kind == "class" else _ACTS[table.hold or "zero_order"]
+    return DraftSignal(name, table, origin, acts)
 
 
 _ACTS: dict[Hold, str] = {

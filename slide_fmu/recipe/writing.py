@@ -25,11 +25,15 @@ SHORT, LONG = 6, 60
 
 @dataclass(frozen=True)
 class DraftSignal:
-    """A DraftSignal is the table of an input or output, with the origin of its range."""
+    """A DraftSignal is the table of an input or output, with the origin of its range.
+
+    ``acts`` says of an input how it acts between samples, as the comment of its hold.
+    """
 
     name: str
     table: SignalTable
     origin: str
+    acts: str = ""
 
 
 @dataclass(frozen=True)
@@ -264,7 +268,10 @@ def signals_lines(inputs: Sequence[DraftSignal], outputs: Sequence[DraftSignal])
 
 
 def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
-    lines = [f"[system.{what}.{_key(signal.name)}]", *comment_lines(signal.origin)]
+    lines = [
+        f"[system.{what}.{_key(signal.name)}]",
+        *comment_lines(f"{signal.origin} {signal.acts}".strip()),
+    ]
     lines.append(f"range = {value_text(signal.table.range)}")
     kept = ("column", "unit", "start", "hold", "angle", "description")
     for key in kept:

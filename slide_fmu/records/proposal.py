@@ -202,7 +202,7 @@ def _signal(
         hold=None if acts is None else acts.hold,
         column=None if name == column else column,
     )
-    return DraftSignal(name, table, origin if acts is None else f"{origin} {acts.origin}")
+    return DraftSignal(name, table, origin, "" if acts is None else acts.origin)
 
 
 def _start(record: Record, column: str) -> float:

@@ -24,8 +24,11 @@ def _rows(fmu: str) -> list[str]:
     bound: dict[str, Any] = found["in range"]["error_bound"]
     other: dict[str, Any] = found["kinds that were held out"]["error_bound"]
     harm, outputs = other["harm"], bound["outputs"]
+    covered = [output["coverage"] for output in outputs]
+    plain = bound["plain"]["coverage"] if "plain" in bound else covered  # held inputs: the same
     return [
-        _percent([output["coverage"] for output in outputs], 1),
+        _percent(covered, 1),
+        _percent(plain, 1),
         _percent([output["coverage_of_worst_trajectories"] for output in outputs], 1),
         ", ".join(f"{output['width']:.2f}" for output in outputs),
         _percent([output["skill"] for output in outputs], 0),

@@ -109,7 +109,7 @@ def compensate(
         return np.asarray(rigid(motions) + predictor.outputs(motions) - target)
 
     motion, error = path, errors(path[None])[0]
-    before, damping = error, DAMPING
+    before, damping, beyond = error, DAMPING, None
     for done in range(ROUNDS):
         progress(done, ROUNDS)
         if _norm(error) == 0:
@@ -118,6 +118,9 @@ def compensate(
         change = gauss_newton(differences, error, damping)
         tried = motion + np.einsum("kt,ki->ti", basis, change * ranges)
         left = errors(tried[None])[0]
+        if not limits.kept(tried[0], tried, surrogate.window.step):  # smoother ones may keep them
+            beyond, damping = tried, damping * 100
+            continue
         if not _norm(left) < _norm(error):
             damping *= 100
             continue
@@ -126,6 +129,8 @@ def compensate(
         if not worth:
             break
     progress(ROUNDS, ROUNDS)
+    if beyond is not None and not _norm(error) < WORTH * _norm(before):
+        _require_limits("corrected path", beyond, surrogate, limits)
     condition = condition_along(rigid, path, ranges)
     found = Compensated(predictor, rigid, target, path, motion, before, error, condition)
     _require_use(found, surrogate, limits)
@@ -199,7 +204,6 @@ def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> No
             "than what "
             "the corrections gain: choose a slower path, which the surrogate knows better"
         )
-    _require_limits("corrected path", found.motion, surrogate, limits)
 
 
 def _require_limits(what: str, motion: FloatArray, surrogate: Surrogate, limits: Limits) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import partial, wraps
 from types import MappingProxyType
 from typing import Any, ClassVar
 from xml.etree.ElementTree import Element, SubElement
@@ -23,7 +23,15 @@ INITIAL = {"output": Fmi2Initial.calculated, "parameter": Fmi2Initial.exact}
 SAME = 1e-6
 """Rounding in times, in sample steps."""
 
-_SPARE_REFERENCES: list[dict[str, object]] = []
+_SPARE_REFERENCES: list[object] = []
+
+_CALLED = (
+    *("setup_experiment", "enter_initialization_mode", "exit_initialization_mode", "do_step"),
+    *("get_real", "get_integer", "get_boolean", "get_string"),
+    *("set_real", "set_integer", "set_boolean", "set_string"),
+    *("_get_fmu_state", "_set_fmu_state", "terminate"),
+)
+"""Methods that the library of PythonFMU calls."""
 
 
 class Slave(Fmi2Slave):  # type: ignore[misc]
@@ -40,6 +48,9 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         _keep_module_of(cls)
+        for name in _CALLED:
+            if (method := getattr(cls, name, None)) is not None:
+                setattr(cls, name, _kept_on_failure(method))
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -133,6 +144,26 @@ def _child(parent: Element, tag: str) -> Element:
     if found is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
     return found
+
+
+def _kept_on_failure(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method of a slave, after whose exceptions the slave stays in memory.
+
+    The library of PythonFMU 0.7 releases a slave, its class and its messages at each exception,
+    and again with the instance. Without spare references the interpreter crashes later.
+    """
+    if hasattr(method, "__wrapped__"):
+        return method
+
+    @wraps(method)
+    def call(self: Slave, *args: Any) -> Any:
+        try:
+            return method(self, *args)
+        except BaseException:
+            _SPARE_REFERENCES.append((self, type(self), self._get_log_queue()))
+            raise
+
+    return call
 
 
 def _keep_module_of(slave_class: type) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
+from rich.table import Column, Table
 from rich.text import Text
 
 from slide_fmu.core.progress import Progress, Stages
@@ -55,14 +56,29 @@ def shown(console: Console) -> Iterator[Stages]:
         return
     wide = console.width >= WIDE
     columns = (
-        rich_progress.TextColumn("{task.description}"),
+        # names go on in a second row where there is no place, since nothing else can be shortened
+        rich_progress.TextColumn("{task.description}", table_column=Column()),
         *((rich_progress.BarColumn(20),) if wide else ()),
         rich_progress.TextColumn("{task.fields[counted]}"),
-        _Time(),
+        _Time(table_column=Column(no_wrap=True)),
         rich_progress.TextColumn("{task.fields[remark]}"),
     )
-    with rich_progress.Progress(*columns, console=console) as bars:
+    with _Bars(*columns, console=console) as bars:
         yield lambda stage: _Bar(bars, stage, wide)
+
+
+class _Bars(rich_progress.Progress):
+    """The bars of all stages, of which the newest are shown while not all have a place. Final."""
+
+    def get_renderables(self) -> Iterable[Table]:
+        """Show as many stages as the terminal has rows for; after the work show all of them."""
+        if not self.tasks:  # as in the constructor, where there is no console yet
+            yield self.make_tasks_table([])
+            return
+        rows = max(2, self.console.height - 1)
+        most = rows if self.console.width >= WIDE else rows // 2  # names may take two rows
+        ended = self.live.vertical_overflow == "visible"  # of the display that rich leaves behind
+        yield self.make_tasks_table(self.tasks if ended else self.tasks[-most:])
 
 
 class _Time(rich_progress.ProgressColumn):

@@ -117,6 +117,33 @@ def test_bars_fit_the_terminal_and_end_with_the_work(
     assert "inf" not in plain
 
 
+class Terminal(io.StringIO):
+    """A terminal that keeps what is written, however much that is."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_narrow_terminal_shows_whole_times_and_the_newest_stages(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setenv("LINES", "12")
+    monkeypatch.setenv("TERM", "xterm")
+    file = Terminal()
+    with shown(Messages(file=file, markup=False, highlight=False)) as stages:
+        for number in range(20):
+            progress = part_of(stages(f"data of curve point {number} (128 to train)"))
+            progress(0, 1520)
+            progress(1520, 1520, 0.00287)
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", file.getvalue())
+    assert max(map(len, plain.replace("\r", "\n").splitlines())) <= 60
+    assert "..." not in plain  # which rich writes where stages have no place
+    assert "…" not in plain
+    for number in range(20):
+        assert re.search(rf"point {number}\b.*1520 of 1520 +took 0 s +0.287 %", plain), number
+
+
 def test_error_that_is_no_relative_one_is_not_shown() -> None:
     seen: list[float | None] = []
     heard = Heard(lambda done, total, error=None: seen.append(error), with_error=False)

@@ -48,8 +48,22 @@ def linear_remark(models: Sequence[ModelFigures]) -> str | None:
         return None
     return (
         f"a linear model would do: {linear.title} has {ratio:.3g} times the error of the best "
-        f"nonlinear model, {best.title}"
+        f"nonlinear model, {best.title}{_unfinished(models)}"
     )
+
+
+def _unfinished(models: Sequence[ModelFigures]) -> str:
+    """Name the nonlinear models that the budget ended too early; the text is empty if none."""
+    names = [m.title for m in models if not m.linear and m.cut and not _has_converged(m)]
+    if not names:
+        return ""
+    return f". Not converged: {', '.join(names)}. A larger --budget may change this"
+
+
+def _has_converged(model: ModelFigures) -> bool:
+    """Say whether the second half of a training brought little; searches have no such course."""
+    error, half_way = model.validation_error, model.error_half_way
+    return error is None or (half_way is not None and error > CONVERGED * half_way)
 
 
 def _error(model: ModelFigures) -> float:
@@ -84,10 +98,10 @@ def course_of(model: ModelFigures, error: float, half_way: float | None) -> str:
         return f"trained to its end: {percent(error)} in validation"
     if half_way is None:
         return f"not converged: {percent(error)} in validation"
-    converged = error > CONVERGED * half_way
+    word = "converged" if _has_converged(model) else "not converged"
     return (
-        f"{'converged' if converged else 'not converged'}: {percent(half_way)} in validation at "
-        f"half of its time, {percent(error)} at the end"
+        f"{word}: {percent(half_way)} in validation at half of its time, "
+        f"{percent(error)} at the end"
     )
 
 

@@ -70,6 +70,16 @@ def test_linear_model_would_do_up_to_a_fifth_more_error() -> None:
     assert linear_remark([OWN, model("ARX", 0.0241, linear=True)]) is None
 
 
+def test_linear_model_would_do_names_networks_that_a_larger_budget_may_improve() -> None:
+    early = model("GRU", 0.03, validation_error=0.02, error_half_way=0.03, cut=True)
+    ended = model("own", 0.03, validation_error=0.02, error_half_way=0.02, cut=True)
+    searched = model("NARX", 0.04, cut=True)
+    remark = linear_remark([model("FIR", 0.01, linear=True), early, ended, searched])
+    assert remark is not None
+    assert remark.endswith("Not converged: GRU. A larger --budget may change this")
+    assert "Not converged" not in str(linear_remark([model("FIR", 0.01, linear=True), ended]))
+
+
 def test_linear_model_would_do_where_no_other_one_stays_bounded() -> None:
     remark = linear_remark([model("own", None), model("FIR", 0.5, linear=True)])
     assert remark is not None

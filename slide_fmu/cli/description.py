@@ -71,7 +71,9 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
     out = figures_console()
     try:
         origin = read_figures(Origin, provenance)
-        out.print(f"{surrogate.name}: {origin.description}".rstrip(": "))
+        # descriptions that init proposes begin with the name
+        described = origin.description.removeprefix(f"{surrogate.name}: ")
+        out.print(f"{surrogate.name}: {described}".rstrip(": "))
         measured = released_figures(provenance)
         for sentence in verdict(measured, Subject.of(surrogate)):
             out.print(sentence)

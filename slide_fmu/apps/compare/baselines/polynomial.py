@@ -114,7 +114,8 @@ def _variants(lesson: Lesson, lags: int, degree: int) -> list[tuple[str, Baselin
     for count in counts:
         pairs = zip(choices, ranks, strict=True)
         models = [choice.model(rank[:count]) for choice, rank in pairs]
-        words = f"{lags} lags" if degree == 1 else f"{lags} lags, degree {degree}, {count} terms"
+        words = "1 lag" if lags == 1 else f"{lags} lags"
+        words += f", degree {degree}, {count} terms" if degree > 1 else ""
         found.append((words, Polynomial(models, lags)))
     return found
 

@@ -104,7 +104,7 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
          "angular_frequency": [low, top]},
         {"kind": "steps", "weight": steps, "amplitude": [0.05, largest],
          "duration": [short, longest]},
-        *(_between_points(step, 0.075, [low, end], [end, top]) if moving else [ends]),
+        _between_points(step, low, end) if moving else ends,
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
     box: KindTable = {
@@ -117,21 +117,13 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     return [*(_lighter(table, rest) for table in others), box]
 
 
-def _between_points(
-    step: float, weight: float, slow: Sequence[float], fast: Sequence[float]
-) -> list[KindTable]:
-    """Return motions as masters with longer steps give them: straight, with kinks.
-
-    Each is sampled so coarsely that it has only a few points in a period: slow and wide ones of
-    several sines, and fast and small ones.
-    """
-    points = [step, _tidy(SAMPLES_APART * step)]
-    return [
-        {"kind": "multisine", "weight": weight, "amplitude": [0.05, 0.4],
-         "angular_frequency": slow, "components": [2, 8], "decades": True, "points": points},
-        {"kind": "multisine", "weight": weight, "amplitude": [0.02, 0.2],
-         "angular_frequency": fast, "components": [1, 4], "points": points},
-    ]  # fmt: skip
+def _between_points(step: float, low: float, high: float) -> KindTable:
+    """Return motions as masters with longer steps give them: straight, with kinks."""
+    return {
+        "kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
+        "angular_frequency": [low, high], "components": [2, 8], "decades": True,
+        "points": [step, _tidy(SAMPLES_APART * step)],
+    }  # fmt: skip
 
 
 def _lighter(table: KindTable, part: float) -> KindTable:
@@ -154,9 +146,9 @@ def _smooth(step: float) -> list[KindTable]:
     return [
         {"kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
-        {"kind": "multisine", "weight": 0.1, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, slow], "components": [2, 4], "decades": True},
-        *_between_points(step, 0.1, [low, slow], [slow, fast]),
+        _between_points(step, low, slow),
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.1],
          "angular_frequency": [middle, fast]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.2],

@@ -113,11 +113,7 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
 
 @pytest.mark.parametrize("inputs", ["moving", "rates"])
 def test_motions_with_kinks_are_learnt_as_masters_give_them(inputs: InputKind) -> None:
-    tables = default_excitation(0.01, inputs)
-    slow, fast = (table for table in tables if "points" in table)
-    assert slow["points"] == fast["points"] == [0.01, 0.08]
-    assert slow["angular_frequency"][1] == fast["angular_frequency"][0]
-    highest = max(table["angular_frequency"][1] for table in tables if "components" in table)
-    assert fast["angular_frequency"][1] == highest
+    (table,) = (table for table in default_excitation(0.01, inputs) if "points" in table)
+    assert table["points"] == [0.01, 0.08]
     assert sum(one["weight"] for one in default_excitation(0.01, inputs)) == pytest.approx(1.0)
     assert not any("points" in one for one in default_excitation(0.01, "held"))

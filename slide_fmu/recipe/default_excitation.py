@@ -66,6 +66,28 @@ def default_excitation(
     assert_never(inputs)
 
 
+def further_excitation(step: float, inputs: InputKind) -> list[KindTable]:
+    """Return the tables ``bound.excitation`` for a step in s, from which bounds alone learn.
+
+    Where inputs move, they are fast motions between communication points. Samples hardly show
+    whether these bend, so a network that learnt them would lose accuracy on smooth ones.
+    """
+    if inputs not in ("moving", "rates"):
+        return []
+    top = TOP * math.pi / step
+    low, high = (1 / RESONANT[1], 1.0) if inputs == "moving" else (1 / SLOW, 1 / FAST)
+    return [
+        {
+            "kind": "multisine",
+            "weight": 1.0,
+            "amplitude": [0.02, 0.2],
+            "angular_frequency": [_tidy(low * top), _tidy(high * top)],
+            "components": [1, 4],
+            "points": [_tidy(2 * step), _tidy(SAMPLES_APART * step)],
+        }
+    ]
+
+
 def _mixed(step: float, moving: bool) -> list[KindTable]:
     """Return the mix of noise, waves and steps.
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
-from slide_fmu.recipe.default_excitation import InputKind, KindTable
+from slide_fmu.recipe.default_excitation import InputKind, KindTable, further_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
@@ -126,6 +126,7 @@ def recipe_text(draft: ModelDraft) -> str:
         *_excitation_lines(draft),
         *(line for loop in draft.loops for line in _loop_lines(loop)),
         *_bound_lines(draft.step),
+        *_further_lines(further_excitation(draft.step, draft.kind_of_inputs)),
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
     ]
     return "\n".join(lines)
@@ -182,6 +183,15 @@ def _bound_lines(step: float) -> list[str]:
         "starts = 1",
         "",
     ]
+
+
+def _further_lines(kinds: Sequence[KindTable]) -> list[str]:
+    """Return the kinds of input that only the bound learns from."""
+    lines = comment_lines(
+        "Only the bound learns from these, so that it knows them: fast motions that are straight "
+        "between points, as coarse tables and masters with longer steps give them."
+    )
+    return [*lines, *_tables("bound.excitation", kinds)] if kinds else []
 
 
 _STABILITY = (
@@ -301,10 +311,13 @@ def _excitation_lines(draft: ModelDraft) -> list[str]:
         "with a path takes inputs of your own, recorded as CSV."
     )
     lines += comment_lines(_LIMITS.get(draft.kind_of_inputs, ""))
-    for table in draft.excitation:
-        lines.append("[[data.excitation]]")
-        lines += [f"{key} = {value_text(value)}" for key, value in table.items()]
-        lines.append("")
+    return [*lines, *_tables("data.excitation", draft.excitation)]
+
+
+def _tables(name: str, kinds: Sequence[KindTable]) -> list[str]:
+    lines = []
+    for table in kinds:
+        lines += [f"[[{name}]]", *(f"{key} = {value_text(v)}" for key, v in table.items()), ""]
     return lines
 
 

@@ -8,7 +8,13 @@ from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.mix import Excitation
-from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.excitation.spectra import Multisine
+from slide_fmu.recipe.default_excitation import (
+    InputKind,
+    KindTable,
+    default_excitation,
+    further_excitation,
+)
 from slide_fmu.recipe.recipe import Recipe
 from tests.recipes import tiny_recipe, whole_recipe
 
@@ -111,9 +117,25 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
     assert 3 * speeds["rates"] < speeds["moving"]
 
 
+def between_points(tables: list[KindTable]) -> list[Multisine]:
+    """The kinds that are straight between communication points."""
+    return [TypeAdapter(Multisine).validate_python(t) for t in tables if "points" in t]
+
+
 @pytest.mark.parametrize("inputs", ["moving", "rates"])
 def test_motions_with_kinks_are_learnt_as_masters_give_them(inputs: InputKind) -> None:
-    (table,) = (table for table in default_excitation(0.01, inputs) if "points" in table)
-    assert table["points"] == [0.01, 0.08]
-    assert sum(one["weight"] for one in default_excitation(0.01, inputs)) == pytest.approx(1.0)
-    assert not any("points" in one for one in default_excitation(0.01, "held"))
+    (slow,) = between_points(default_excitation(0.01, inputs))
+    assert slow.points == (0.01, 0.08)
+    recipe = TypeAdapter(list[Excitation]).validate_python(default_excitation(0.01, inputs))
+    assert sum(kind.weight for kind in recipe) == pytest.approx(1.0)
+    assert not between_points(default_excitation(0.01, "held"))
+
+
+@pytest.mark.parametrize("inputs", ["moving", "rates"])
+def test_bound_alone_learns_from_fast_motions_with_kinks(inputs: InputKind) -> None:
+    (fast,) = between_points(further_excitation(0.01, inputs))
+    (slow,) = between_points(default_excitation(0.01, inputs))
+    assert slow.angular_frequency[1] <= fast.angular_frequency[0]
+    assert fast.points is not None
+    assert fast.points[0] > 0.01  # samples do not show whether an input bends in one of them
+    assert not further_excitation(0.01, "held")

@@ -12,6 +12,7 @@ import re
 import numpy as np
 import pytest
 
+from slide_fmu.core.measures import percent
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.store import open_store
 from slide_fmu.fmu.export import read_fmu
@@ -76,7 +77,7 @@ def test_report_and_model_card_show_the_fading_memory(state_space: Finished) -> 
     assert section.count("passed") == len(tests)
     assert section.count("data-chart=") == len(tests)
     card = (folder / "card.md").read_text(encoding="utf-8")
-    assert f"by {tests[0]['median_difference']:.1e} at 1.0 times" in card
+    assert f"by {percent(tests[0]['median_difference'])} at 1.0 times" in card
     surrogate, _ = read_fmu(state_space.fmu)
     assert isinstance(surrogate.network, StateSpace)
     assert f"({len(surrogate.network.cell.a)} states, 8 hidden units)" in card

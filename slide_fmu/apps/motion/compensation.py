@@ -133,7 +133,7 @@ def compensate(
         _require_limits("corrected path", beyond, surrogate, limits)
     condition = condition_along(rigid, path, ranges)
     found = Compensated(predictor, rigid, target, path, motion, before, error, condition)
-    _require_use(found, surrogate, limits)
+    _require_use(found, surrogate)
     return found
 
 
@@ -182,8 +182,8 @@ def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> Float
     return np.asarray(np.where(values[:, 0] > 0, values[:, 0] / (values[:, -1] + 1e-300), 1.0))
 
 
-def _require_use(found: Compensated, surrogate: Surrogate, limits: Limits) -> None:
-    """Refuse corrections that break limits, or whose improvement is not certain."""
+def _require_use(found: Compensated, surrogate: Surrogate) -> None:
+    """Refuse corrections whose improvement is not certain."""
     unit, step = surrogate.outputs[0].unit, surrogate.window.step
     before, after = _rms(found.before), _rms(found.after)
     if before > 0 and not after < WORTH * before:

@@ -12,7 +12,6 @@ expected share is then at least c (pooled-CDF split conformal prediction: Dunn, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from slide_fmu.surrogate.error_bound import (
     NO_BOUND,
     USUAL_CONFIDENCE,
     calibrated,
-    floored,
     least_trajectories,
     local_scales,
 )
@@ -168,34 +166,3 @@ def domain_limits(learnt: FloatArray, calibration: FloatArray, false_alarms: flo
     usual = np.maximum(usual, SMALLEST)
     outermost = (calibration / usual).max(axis=2)
     return np.asarray(usual * np.quantile(outermost, 1 - false_alarms))
-
-
-def tolerances_of(
-    calibrations: Sequence[Observations],
-    judge: tuple[FeedForward, FloatArray, FloatArray, FloatArray],
-    false_alarms: float,
-) -> FloatArray:
-    """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
-
-    They are the same multiple of the usual error of every output, which is the 95 % quantile in
-    the first calibration. In each calibration, at most the share of false alarms of the samples
-    has a larger bound or lies outside of the domain.
-
-    Args:
-        calibrations: the plain call first, then possibly inputs known to the end of the step.
-        judge: the head, its factors of the usual confidence (n_outputs,), the floors
-            (n_outputs,), the domain's limits.
-        false_alarms: the share.
-    """
-    head, factors, floors, limits = judge
-    n_outputs = len(factors)
-    usual = calibrations[0].usual_errors()
-    multiples = []
-    for mix in calibrations:
-        scaled = factors * scales_of(head, mix.statistics)[..., :n_outputs]
-        bounds = floored(scaled, floors, mix.disagreement)
-        ratios = (bounds / usual).max(axis=2)
-        outside = (mix.watched / limits).max(axis=2) > 1
-        ratios[outside] = ratios.max()  # they are alarms anyway
-        multiples.append(np.quantile(ratios, 1 - false_alarms, method="higher"))
-    return np.asarray(usual * max(multiples))

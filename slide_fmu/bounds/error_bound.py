@@ -7,46 +7,27 @@ the usual size of the watched means, and calibrate the bounds.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
 
-from slide_fmu.bounds.calibration import (
-    domain_limits,
-    factors_of,
-    floors_of,
-    scales_of,
-    shares_of,
-    span_factors,
-    tolerances_of,
-)
 from slide_fmu.bounds.head import fit_head
-from slide_fmu.bounds.observations import observed, require_finite, samples_of, thinned
+from slide_fmu.bounds.judge import Judge, fit_judge, tolerances_of
+from slide_fmu.bounds.observations import observed, require_finite
 from slide_fmu.bounds.plain_call import plain_predictions
 from slide_fmu.core.block_means import block_lengths
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.history import History
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.error_bound import BoundRecipe
-from slide_fmu.surrogate.error_bound import CONFIDENCES, USUAL_CONFIDENCE, ErrorBound
-from slide_fmu.surrogate.span_estimate import SpanEstimate
+from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 
 PARTS = "data.bound", "data.calibration", "bound.expert.further"
 """The splits for an error bound, by their keys in recipes, in their order."""
-
-FURTHER_SHARE = 0.05
-"""Largest share of samples of further kinds, relative to the others that the head learns from.
-
-With this share, bounds in range become hardly wider. Neighbouring samples resemble each other, so
-little is lost by leaving some out."""
-
-QUIETEST = 0.001
-"""Quantile of the logarithms in the head's training; it sees no smaller ones, since networks
-extrapolate badly. An input at rest may have the logarithm of nothing at all."""
 
 
 def fit_bound(
@@ -60,8 +41,9 @@ def fit_bound(
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is the head's.
 
-    If inputs are forecast, the bound holds both in the plain call and with inputs known up to the
-        end of the step: the head learns from both, and the larger factor counts.
+    If inputs are forecast, there are two judges: one of the plain call, and one of inputs known up
+    to the end of the step. Usual errors and the history are those of the call in which the FMU is
+    mostly run: planned motions are known.
 
     The head takes the estimates of the surrogate's error estimator, if there is one. The splits
     are trajectories to train on, others for calibration, and possibly further ones to train on, of
@@ -73,38 +55,27 @@ def fit_bound(
         ValueError: the surrogate makes no error at all, a network gives values that are not
             finite, or there are too few trajectories.
     """
-    blocks = block_lengths(
-        surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
-    )
+    step, spans = surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
+    blocks = block_lengths(step, spans)
     with np.errstate(all="ignore"):  # values that are not finite are refused below
         plain = plain_predictions(surrogate, splits)
-    see = partial(observed, surrogate, companion, blocks)
-    learnt, calibration, *further = (see(*pair) for pair in zip(splits, plain, strict=True))
-    for name, mix in zip(PARTS, [learnt, calibration, *further], strict=False):
-        require_finite(name, mix)
-    mixes, calibrations = [learnt], [calibration]
-    if surrogate.forecast is not None and surrogate.forecast.judged:
-        known = (see(split, None) for split in splits[:2])
-        for mix, mixes_of in zip(known, (mixes, calibrations), strict=True):
-            mixes_of.append(mix)
-    mixes += [thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
-    n_seen = len(companion.cell.a) + len(companion.roles.drive)
-    flat = np.concatenate([samples_of(mix.statistics)[:, 0, n_seen:] for mix in mixes])
-    quietest = np.quantile(flat, QUIETEST, axis=0)
-    mixes, calibrations = ([mix.heard(quietest) for mix in of] for of in (mixes, calibrations))
-    head, history = fit_head(mixes, recipe, checkpoint, device, progress)
-    floors, shares = floors_of(calibration), shares_of(calibration)
-    calibrations = [mix.weighed(shares) for mix in calibrations]
-    kinds = splits[1].kinds
-    factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
-    n_outputs = calibration.errors.shape[2]
-    limits = domain_limits(learnt.watched, calibration.watched, recipe.domain_alarms)
-    usual = factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
-    judge = head, usual, floors, limits
-    tolerances = tolerances_of(calibrations, judge, recipe.false_alarms)
-    block, estimate = recipe.span_block(surrogate.window.step), None
-    if block is not None:
-        rms = scales_of(head, calibration.afterwards)[..., n_outputs:]
-        estimate = SpanEstimate(block, span_factors(calibration.errors, rms, block))
-    parts = companion, head, blocks, factors, limits, surrogate.estimator, estimate
-    return ErrorBound(*parts, tolerances, floors, shares, quietest), history
+
+    def judge(given: Sequence[FloatArray | None], place: Path) -> Judge:
+        pairs = zip(splits, given, strict=True)
+        mixes = [observed(surrogate, companion, blocks, *pair) for pair in pairs]
+        for name, mix in zip(PARTS, mixes, strict=False):
+            require_finite(name, mix)
+        terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
+        return fit_judge(mixes, *terms, lambda of: fit_head(of, recipe, place, device, progress))
+
+    of_plain_call = judge(plain, checkpoint)
+    shared = companion, blocks, surrogate.estimator
+    if surrogate.forecast is None:
+        tolerances = tolerances_of([of_plain_call], recipe.false_alarms)
+        return of_plain_call.error_bound(*shared, tolerances), of_plain_call.history
+    place = checkpoint.with_stem(f"{checkpoint.stem}-known")
+    of_known = judge([None] * len(splits), place)
+    judges = [of_known] if surrogate.planned else [of_plain_call, of_known]
+    tolerances = tolerances_of(judges, recipe.false_alarms)
+    bound = of_plain_call.error_bound(*shared, tolerances)
+    return of_known.error_bound(*shared, tolerances, bound), judges[0].history

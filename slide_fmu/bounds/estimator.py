@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from slide_fmu.bounds.plain_call import plain_predictions
+from slide_fmu.bounds.plain_call import used_predictions
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
@@ -298,7 +298,7 @@ def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
     there.
     """
     result = np.zeros_like(split.outputs)
-    (predicted,) = plain_predictions(surrogate, [split])
+    predicted = used_predictions(surrogate, split)
     result[:, 1:] = predicted - split.outputs[:, 1:]
     return np.asarray(result / surrogate.output_scaling.scale)
 

@@ -125,9 +125,8 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
     companion = fitted.network
     assert isinstance(companion, StateSpace)
     splits = work.splits("bound", "calibration", *([FURTHER] if recipe.further_kinds() else []))
-    if surrogate.forecast is not None:  # planned motions are known ahead
-        forecast = replace(surrogate.forecast, judged=not surrogate.planned)
-        surrogate = replace(surrogate, forecast=forecast)
+    if surrogate.forecast is not None:
+        surrogate = replace(surrogate, forecast=replace(surrogate.forecast, judged=True))
     key = checkpoint_key(
         surrogate.to_bytes().hex(),
         fitted.to_bytes().hex(),

@@ -27,19 +27,29 @@ from slide_fmu.surrogate.surrogate import Surrogate
 def plain_predictions(surrogate: Surrogate, splits: Sequence[Split]) -> list[FloatArray]:
     """Predict the outputs at samples 1 .. N, (n_trajectories, N, n_outputs), of each split.
 
-    Every trajectory has its own parameters. If inputs are held, or are planned motions, they are
-    known.
+    Every trajectory has its own parameters. If inputs are held, they are known.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    if surrogate.hold == "zero_order" or surrogate.planned:
+    if surrogate.hold == "zero_order":
         return [_known(surrogate, split) for split in splits]
     alone = dataclasses.replace(surrogate, estimator=None, bound=None)
     with TemporaryDirectory(prefix="slide_fmu_plain_") as folder:
         path = export_fmu(alone, Path(folder) / f"{surrogate.name}.fmu")
         with unpacked(path) as fmu:
             return [_plain(surrogate, fmu, split) for split in splits]
+
+
+def used_predictions(surrogate: Surrogate, split: Split) -> FloatArray:
+    """Predict the outputs as importers mostly run the FMU: planned motions are known ahead.
+
+    Arguments, errors and shape of the result are as for ``plain_predictions``, of one split.
+    """
+    if surrogate.planned:
+        return _known(surrogate, split)
+    (found,) = plain_predictions(surrogate, [split])
+    return found
 
 
 def _plain(surrogate: Surrogate, fmu: UnpackedFmu, split: Split) -> FloatArray:
@@ -80,7 +90,7 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     if surrogate.estimator is None:
         assert surrogate.bound is not None
         first = max(first, surrogate.bound.estimate_length - span)
-    (given,) = plain_predictions(surrogate, [split])
+    given = used_predictions(surrogate, split)
     errors = (given - split.outputs[:, 1:])[:, first:]
     if errors.shape[1] < span:
         return None
@@ -107,13 +117,16 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
 
 
 def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:
-    """Return the estimates of the FMU in a plain call that gave these outputs.
+    """Return the estimates of the FMU in the call (``used_predictions``) that gave these outputs.
 
     Both have the shape (n_trajectories, N, n_outputs).
     """
     if surrogate.estimator is not None:
         return np.stack([surrogate.estimate_error(inputs) for inputs in split.inputs])
-    assert surrogate.bound is not None
+    bound = surrogate.bound
+    assert bound is not None
+    if bound.plain is not None and not surrogate.planned:
+        bound = bound.plain
     scaled = surrogate.input_scaling.apply(split.inputs)
     predicted = surrogate.output_scaling.apply(given)
-    return surrogate.bound.estimates(scaled, predicted) * surrogate.output_scaling.scale
+    return bound.estimates(scaled, predicted) * surrogate.output_scaling.scale

@@ -5,8 +5,7 @@ machines: noise, sums of many and of few sines, single sines and sweeps in the b
 step, steps and rests, each from small to large. Most smooth inputs are like sums of slow and fast
 sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
 point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
-Both also move as drives are driven: at their limits, in jogs and long moves, with stops. Masters
-with longer steps give motions that are straight between communication points.
+Both also move as drives are driven: at their limits, in jogs and long moves, with stops.
 """
 
 from __future__ import annotations
@@ -69,23 +68,24 @@ def default_excitation(
 def further_excitation(step: float, inputs: InputKind) -> list[KindTable]:
     """Return the tables ``bound.excitation`` for a step in s, from which bounds alone learn.
 
-    Where inputs move, they are fast motions between communication points. Samples hardly show
-    whether these bend, so a network that learnt them would lose accuracy on smooth ones.
+    Where inputs move, they are motions that are straight between communication points. Samples
+    hardly show whether these bend, so a network that learnt them would lose accuracy on smooth
+    ones.
     """
     if inputs not in ("moving", "rates"):
         return []
-    top = TOP * math.pi / step
-    low, high = (1 / RESONANT[1], 1.0) if inputs == "moving" else (1 / SLOW, 1 / FAST)
+    top = _tidy(TOP * math.pi / step)
+    wide, fast = (1 / RESONANT[1], 1.0) if inputs == "moving" else (1 / SLOW, 1 / FAST)
+    low, slow = _tidy(top / 10**DECADES), _tidy(wide * top)
+    longest = _tidy(SAMPLES_APART * step)
     return [
-        {
-            "kind": "multisine",
-            "weight": 1.0,
-            "amplitude": [0.02, 0.2],
-            "angular_frequency": [_tidy(low * top), _tidy(high * top)],
-            "components": [1, 4],
-            "points": [_tidy(2 * step), _tidy(SAMPLES_APART * step)],
-        }
-    ]
+        {"kind": "multisine", "weight": 1.0, "amplitude": [0.05, 0.4],
+         "angular_frequency": [low, slow], "components": [2, 8], "decades": True,
+         "points": [step, longest]},
+        {"kind": "multisine", "weight": 1.0, "amplitude": [0.02, 0.2],
+         "angular_frequency": [slow, _tidy(fast * top)], "components": [1, 4],
+         "points": [_tidy(2 * step), longest]},
+    ]  # fmt: skip
 
 
 def _mixed(step: float, moving: bool) -> list[KindTable]:
@@ -102,7 +102,8 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
     largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    steps, resonant, held = (0.05, 0.1, 0.1) if moving else (0.1, 0.05, 0.15)
+    sines, steps = (0.15, 0.05) if moving else (0.1, 0.1)
+    slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
     end = _tidy(top / RESONANT[1])
     longest = long if moving else _tidy(4 * long)
     ends: KindTable = {
@@ -111,22 +112,22 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     others: list[KindTable] = [
         {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
-        {"kind": "multisine", "weight": 0.1, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
-        {"kind": "multisine", "weight": 0.1, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": slow_and_fast, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, end], "components": [2, 4], "decades": True},
         {"kind": "multisine", "weight": resonant, "amplitude": [0.1, 0.5],
          "angular_frequency": [_tidy(top / RESONANT[0]), end], "components": [1, 3]},
-        {"kind": "held_random", "weight": held, "amplitude": [0.05, largest], "samples": samples},
+        {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
         {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
         {"kind": "steps", "weight": steps, "amplitude": [0.05, largest],
          "duration": [short, longest]},
-        _between_points(step, low, end) if moving else ends,
+        *([] if moving else [ends]),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
     box: KindTable = {
@@ -137,15 +138,6 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     }
     rest = 1.0 - BOX_WEIGHT
     return [*(_lighter(table, rest) for table in others), box]
-
-
-def _between_points(step: float, low: float, high: float) -> KindTable:
-    """Return motions as masters with longer steps give them: straight, with kinks."""
-    return {
-        "kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
-        "angular_frequency": [low, high], "components": [2, 8], "decades": True,
-        "points": [step, _tidy(SAMPLES_APART * step)],
-    }  # fmt: skip
 
 
 def _lighter(table: KindTable, part: float) -> KindTable:
@@ -166,12 +158,11 @@ def _smooth(step: float) -> list[KindTable]:
     middle = _tidy(math.sqrt(top * low))
     long = _tidy(math.pi / middle)
     return [
-        {"kind": "multisine", "weight": 0.15, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": 0.2, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
-        {"kind": "multisine", "weight": 0.15, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": 0.2, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, slow], "components": [2, 4], "decades": True},
-        _between_points(step, low, slow),
-        {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.1],
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.02, 0.1],
          "angular_frequency": [middle, fast]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.2],
          "angular_frequency": [slow, fast], "components": [1, 3]},

@@ -188,7 +188,7 @@ def _bound_lines(step: float) -> list[str]:
 def _further_lines(kinds: Sequence[KindTable]) -> list[str]:
     """Return the kinds of input that only the bound learns from."""
     lines = comment_lines(
-        "Only the bound learns from these, so that it knows them: fast motions that are straight "
+        "Only the bound learns from these, so that it knows them: motions that are straight "
         "between points, as coarse tables and masters with longer steps give them."
     )
     return [*lines, *_tables("bound.excitation", kinds)] if kinds else []

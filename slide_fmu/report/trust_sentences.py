@@ -107,7 +107,14 @@ def covered_sentence(bound: BoundFigures) -> str | None:
         for covered in (bound.plain, bound.known_to_step_end)
     )
     known_words = "with inputs known to the step's end"
-    return f"Covered samples in the plain call: {plain}; {known_words}: {known}."
+    text = f"Covered samples in the plain call: {plain}; {known_words}: {known}."
+    both = bound.plain.untrusted, bound.known_to_step_end.untrusted
+    if None in both:
+        return text
+    rest, known = (percent(share) for share in both if share is not None)
+    return (
+        f"{text} Samples where trusted is false: {rest} in the plain call, {known} {known_words}."
+    )
 
 
 def bound_sentences(
@@ -144,7 +151,14 @@ def bound_sentences(
             "Error bounds were calibrated against the model that made the data: the error of that "
             "model against the finer reference is not in them."
         )
-    if moving and recipe.window.planned:
+    both = surrogate.bound is not None and surrogate.bound.plain is not None
+    if both and recipe.window.planned:
+        found.append(
+            "There is one bound of the plain call, and one of inputs known to the step's end; the "
+            "FMU takes the one of the present call. The tolerances are those of known inputs: the "
+            "plain call, whose errors are larger, is trusted less often."
+        )
+    elif moving and recipe.window.planned:
         found.append(
             "Error bounds were calibrated with inputs known to the step's end: what the plain "
             "call does not know of a step is not in them."

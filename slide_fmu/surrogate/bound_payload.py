@@ -9,6 +9,7 @@ import dataclasses
 import struct
 
 from slide_fmu.core.byte_reader import Reader
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -44,7 +45,10 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
 
 def encode_tolerances(bound: ErrorBound) -> bytes:
     """Write the content of the section TOLE, of a bound that has tolerances."""
-    parts = bound.tolerances, bound.floors, bound.shares, bound.quietest
+    return _f64(bound.tolerances, bound.floors, bound.shares, bound.quietest)
+
+
+def _f64(*parts: FloatArray | None) -> bytes:
     return b"".join(part.astype("<f8").tobytes() for part in parts if part is not None)
 
 
@@ -55,13 +59,55 @@ def decode_tolerances(section: Reader, bound: ErrorBound) -> ErrorBound:
         ValueError: the bytes are not one tolerance, one floor and one share for each output, and
             the least logarithms that the head gets.
     """
-    n_outputs = bound.companion.n_values
-    tolerances, floors, shares = (section.f64(n_outputs).copy() for _ in range(3))
-    quietest = section.f64(bound.n_logarithms).copy()
+    tolerances = section.f64(bound.companion.n_values).copy()
+    floors, shares, quietest = _floors(section, bound)
     section.done()
     return dataclasses.replace(
         bound, tolerances=tolerances, floors=floors, shares=shares, quietest=quietest
     )
+
+
+def _floors(section: Reader, bound: ErrorBound) -> tuple[FloatArray, FloatArray, FloatArray]:
+    n_outputs = bound.companion.n_values
+    floors, shares = (section.f64(n_outputs).copy() for _ in range(2))
+    return floors, shares, section.f64(bound.n_logarithms).copy()
+
+
+def encode_plain(plain: ErrorBound) -> bytes:
+    """Write the content of the section PLAI, the bound in the plain call."""
+    span = None if plain.span is None else plain.span.factors
+    numbers = plain.factors, plain.limits, plain.floors, plain.shares, plain.quietest, span
+    return _f64(*numbers) + encode_network(plain.head)
+
+
+def decode_plain(section: Reader, bound: ErrorBound) -> ErrorBound:
+    """Read the content of the section PLAI: return the bound with its bound in the plain call.
+
+    Raises:
+        ValueError: the bytes are not the numbers and the head of an error bound.
+    """
+    factors = section.f64(bound.factors.size).reshape(bound.factors.shape)
+    limits = section.f64(len(bound.limits))
+    floors, shares, quietest = _floors(section, bound)
+    span = bound.span
+    if span is not None:
+        span = SpanEstimate(span.block, section.f64(len(span.factors)))
+    head = decode_network(section, bound.head.n_channels)
+    section.done()
+    if not isinstance(head, FeedForward):
+        kind = type(head).__name__
+        raise ValueError(f"error bound: head is a {kind}; expected a FeedForward")
+    plain = dataclasses.replace(
+        bound,
+        head=head,
+        factors=factors,
+        limits=limits,
+        floors=floors,
+        shares=shares,
+        quietest=quietest,
+        span=span,
+    )
+    return dataclasses.replace(bound, plain=plain)
 
 
 def decode_bound(

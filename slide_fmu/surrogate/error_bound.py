@@ -99,6 +99,8 @@ class ErrorBound:
             1, shape (n_outputs,). Bounds with tolerances have them.
         quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
             as these. Bounds with tolerances have them.
+        plain: the bound in the plain call, where inputs are forecast. Only head and numbers are
+            its own. None where inputs are held, and of bounds that judge both calls alike.
     """
 
     companion: StateSpace
@@ -112,6 +114,7 @@ class ErrorBound:
     floors: FloatArray | None = None
     shares: FloatArray | None = None
     quietest: FloatArray | None = None
+    plain: ErrorBound | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -149,6 +152,21 @@ class ErrorBound:
         if self.tolerances is not None:
             self._check_numbers("tolerances", self.tolerances, (n_outputs,))
         self._check_parts_of_tolerances()
+        self._check_plain()
+
+    def _check_plain(self) -> None:
+        plain = self.plain
+        if plain is None:
+            return
+        alike = (
+            (one.companion, one.estimator, one.blocks, one.span is None) for one in (self, plain)
+        )
+        both = (self.tolerances, plain.tolerances)
+        if len(set(alike)) > 1 or any(t is None for t in both) or plain.plain is not None:
+            raise ValueError(
+                "error bound whose bound in the plain call has another companion, estimator or "
+                "blocks, or no tolerances; expected the same ones"
+            )
 
     def _check_parts_of_tolerances(self) -> None:
         floors, shares, quietest = self.floors, self.shares, self.quietest
@@ -237,7 +255,8 @@ class ErrorBound:
         kept = Layer(last.weights[:n_outputs], last.bias[:n_outputs], last.activation)
         layers = (*before, kept)
         smaller = FeedForward(layers, head.n_samples, head.features, ages=head.ages)
-        return dataclasses.replace(self, head=smaller, span=None)
+        plain = None if self.plain is None else self.plain.without_estimate()
+        return dataclasses.replace(self, head=smaller, span=None, plain=plain)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
         """Evaluate along B sequences; each counts as constant before its first input.

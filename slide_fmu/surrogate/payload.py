@@ -5,7 +5,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
 
     file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; PARA, ESTI, BOUN, SPAN, TOLE and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI, BOUN, SPAN, TOLE, PLAI and MOVE may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -22,7 +22,11 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
     TOLE     := f64 tolerance[n_outputs]                         of bounds that are trusted
                 f64 floor[n_outputs]                             of bounds
+                f64 share[n_outputs]                             of the disagreement
                 f64 quietest[n_logarithms]                       what the head gets at least
+    PLAI     := f64 factor[3][n_outputs]  f64 limit[n_watched]   the bound in the plain call
+                f64 floor[n_outputs]  f64 share[n_outputs]  f64 quietest[n_logarithms]
+                f64 factor[n_outputs] (with SPAN)  network
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     RANG     := f64[n_outputs][2]                                of the outputs in the training
@@ -44,11 +48,12 @@ BOUN has the samples in a short and in a long block, the factors for the confide
 0.99, the limits, the companion and the head (``error_bound.py``). It is never in a file with PARA.
 SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head gives twice
 the number of values. TOLE is only in files with BOUN; then bounds follow another formula
-(``floored``, ``not_quieter``). Its floors are not negative.
+(``floored``, ``not_quieter``). Its floors are not negative. PLAI is only in files with TOLE: it
+has numbers and head of BOUN, TOLE and SPAN for the plain call (``ErrorBound.plain``).
 
-Files with TOLE have version 10; others with SPAN, or with BOUN and ESTI, have version 9; others
-with BOUN have version 8, files with PARA version 7, and all others version 6. In files of version
-8, the head of BOUN does not take the estimates of ESTI.
+Files with PLAI have version 11; others with TOLE have version 10; others with SPAN, or with BOUN
+and ESTI, have version 9; others with BOUN have version 8, files with PARA version 7, and all
+others version 6. In files of version 8, the head of BOUN does not take the estimates of ESTI.
 
 MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
 they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
@@ -90,9 +95,11 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_payload import (
     decode_bound,
+    decode_plain,
     decode_span,
     decode_tolerances,
     encode_bound,
+    encode_plain,
     encode_span,
     encode_tolerances,
 )
@@ -114,10 +121,11 @@ Made = TypeVar("Made")
 MAGIC = b"SLIDEFMU"
 HEAD, CHECKSUM = 12, 4
 """Bytes before and after the sections."""
-TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN TOLE MOVE RANG META".split())
+TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN TOLE PLAI MOVE RANG META".split())
 """Tags of the sections, in their order."""
-VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES, WITH_TOLERANCES = 6, 7, 8, 9, 10
-READABLE = (5, VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES, WITH_TOLERANCES)
+VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
+WITH_TOLERANCES, WITH_PLAIN = 10, 11
+READABLE = range(5, WITH_PLAIN + 1)
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Holds and angles; their positions are the numbers in the file."""
@@ -143,6 +151,7 @@ def encode(surrogate: Surrogate) -> bytes:
         estimates = bound.estimator is not None or bound.span is not None
         version = WITH_ESTIMATES if estimates else WITH_BOUND
         version = version if bound.tolerances is None else WITH_TOLERANCES
+        version = version if bound.plain is None else WITH_PLAIN
     body = MAGIC + struct.pack("<I", version)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, surrogate.input_scaling))
@@ -153,11 +162,7 @@ def encode(surrogate: Surrogate) -> bytes:
     if surrogate.estimator is not None:
         body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
     if bound is not None:
-        body += _section(b"BOUN", encode_bound(bound))
-    if bound is not None and bound.span is not None:
-        body += _section(b"SPAN", encode_span(bound.span))
-    if bound is not None and bound.tolerances is not None:
-        body += _section(b"TOLE", encode_tolerances(bound))
+        body += _bound_sections(bound)
     if surrogate.forecast is not None:
         body += _section(b"MOVE", _encode_forecast(surrogate.forecast))
     if surrogate.output_ranges is not None:
@@ -172,6 +177,18 @@ def encode(surrogate: Surrogate) -> bytes:
     text = json.dumps(metadata, sort_keys=True, ensure_ascii=False).encode("utf-8")
     body += _section(b"META", text + b" " * (-len(text) % 4))
     return body + struct.pack("<I", zlib.crc32(body))
+
+
+def _bound_sections(bound: ErrorBound) -> bytes:
+    """Return the section BOUN, and those that may follow it."""
+    found = _section(b"BOUN", encode_bound(bound))
+    if bound.span is not None:
+        found += _section(b"SPAN", encode_span(bound.span))
+    if bound.tolerances is not None:
+        found += _section(b"TOLE", encode_tolerances(bound))
+    if bound.plain is not None:
+        found += _section(b"PLAI", encode_plain(bound.plain))
+    return found
 
 
 def decode(data: bytes, make: Callable[..., Made]) -> Made:
@@ -311,13 +328,7 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
         fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
         seen = estimator if version >= WITH_ESTIMATES else None
-        section, span = reader.section(b"BOUN"), None
-        if version >= WITH_ESTIMATES and _is_next(reader, b"SPAN"):
-            span = decode_span(reader.section(b"SPAN"), n_outputs)
-        bound = decode_bound(section, n_inputs, n_outputs, seen, span)
-        if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
-            bound = decode_tolerances(reader.section(b"TOLE"), bound)
-        fields["bound"] = bound
+        fields["bound"] = _decode_bound(reader, version, (n_inputs, n_outputs), seen)
     if _is_next(reader, b"MOVE"):
         fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):
@@ -329,6 +340,21 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
     fields |= _described(text, rows)
     fields["network"] = network if terms is None else decode_parameters(terms, network, text)
     return fields
+
+
+def _decode_bound(
+    reader: Reader, version: int, sizes: tuple[int, int], estimator: ErrorEstimator | None
+) -> ErrorBound:
+    """Read the section BOUN, and those that may follow it; sizes: n_inputs, n_outputs."""
+    section, span = reader.section(b"BOUN"), None
+    if version >= WITH_ESTIMATES and _is_next(reader, b"SPAN"):
+        span = decode_span(reader.section(b"SPAN"), sizes[1])
+    bound = decode_bound(section, *sizes, estimator, span)
+    if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
+        bound = decode_tolerances(reader.section(b"TOLE"), bound)
+        if version >= WITH_PLAIN and _is_next(reader, b"PLAI"):
+            bound = decode_plain(reader.section(b"PLAI"), bound)
+    return bound
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:

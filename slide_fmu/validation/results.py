@@ -303,9 +303,13 @@ def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
 
 
 def _covered(comparisons: Sequence[Comparison]) -> Covered:
-    """Return the share of samples that bounds cover, of each output."""
-    shares = [np.abs(c.error) <= c.trust.bounds for c in comparisons if c.trust is not None]
-    return Covered(coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()))
+    """Return how the bounds of some trajectories do."""
+    pairs = [(c.error, c.trust) for c in comparisons if c.trust is not None]
+    shares = [np.abs(error) <= trust.bounds for error, trust in pairs]
+    return Covered(
+        coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()),
+        untrusted=domain_figures([trust for _, trust in pairs]).untrusted,
+    )
 
 
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

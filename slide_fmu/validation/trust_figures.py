@@ -76,9 +76,15 @@ class KindBound(DomainFigures):
 
 @dataclass(frozen=True, kw_only=True)
 class Covered:
-    """This is the share of the samples that bounds cover."""
+    """This is how bounds do in one call.
+
+    Attributes:
+        coverage: share of the samples that bounds cover, of each output.
+        untrusted: share of the samples where ``trusted`` is false.
+    """
 
     coverage: tuple[float, ...]
+    untrusted: float | None = optional()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,11 +14,10 @@ from slide_fmu.bounds.calibration import (
     floors_of,
     scales_of,
     shares_of,
-    tolerances_of,
 )
 from slide_fmu.bounds.observations import Observations, thinned
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.surrogate.error_bound import CONFIDENCES, NO_BOUND, local_scales
+from slide_fmu.surrogate.error_bound import CONFIDENCES, NO_BOUND
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape
 from tests.refusals import refused
@@ -181,38 +180,6 @@ def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None
     alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors), ALIKE)
     np.testing.assert_allclose(factors, 0.5 * alone)
     assert (np.diff(factors, axis=0) > 0).all()
-
-
-def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
-    rng, bound = np.random.default_rng(3), bounded_surrogate(SHAPE).bound
-    assert bound is not None
-    n_statistics, usual = bound.head.n_channels, np.array([0.5, 2.0])
-
-    def mix(size: float) -> Observations:
-        statistics = size * rng.normal(size=(6, 50, n_statistics))
-        errors = usual / 0.95 * rng.uniform(0, 1, (6, 50, 2))
-        watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
-        disagreement = 4 * usual * rng.uniform(0, 1, (6, 50, 2)) ** 5
-        return Observations(statistics, statistics, watched, disagreement, errors)
-
-    plain, known = mix(1.0), mix(3.0)
-    judge = bound.head, bound.factors_at(0.95), 0.1 * usual, bound.limits
-
-    def alarms(of: Observations, tolerances: FloatArray) -> float:
-        flat = of.statistics.reshape(-1, 1, n_statistics)
-        bounds = judge[1] * local_scales(bound.head.evaluate(flat).astype(float))
-        bounds = np.maximum(np.hypot(bounds, judge[2]), of.disagreement.reshape(-1, 2))
-        outside = (of.watched > bound.limits).any(axis=2).ravel()
-        return float(np.mean((bounds > tolerances).any(axis=1) | outside))
-
-    alone = tolerances_of([plain], judge, 0.2)
-    assert 0.19 < alarms(plain, alone) <= 0.2
-    both = tolerances_of([plain, known], judge, 0.2)
-    assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
-    assert both.tolist() >= alone.tolist()
-    quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
-    for tolerances in (alone, both):
-        np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slide_fmu.bounds.plain_call import plain_predictions
+from slide_fmu.bounds.plain_call import plain_predictions, used_predictions
 from slide_fmu.data.stored_split import Split
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import Moving, forecasting
@@ -39,12 +39,21 @@ def test_inputs_that_move_are_forecast_as_the_fmu_forecasts_them() -> None:
     assert np.abs(found - known)[:, SAMPLES:].max() > 1e-3
 
 
-def test_held_inputs_and_planned_motions_are_known() -> None:
-    held = sum_surrogate(SAMPLES)
+def test_held_inputs_are_known() -> None:
+    surrogate = sum_surrogate(SAMPLES)
+    split = split_of(surrogate)
+    (found,) = plain_predictions(surrogate, [split])
+    assert np.array_equal(found, surrogate.predict_newest_batch(split.inputs))
+
+
+def test_planned_motions_are_mostly_known_and_others_are_forecast() -> None:
+    build_libraries()
     moving = forecasting(sum_surrogate(SAMPLES, "first_order"), False)
     assert moving.forecast is not None
     planned = replace(moving, forecast=replace(moving.forecast, planned=True))
-    for surrogate in (held, planned):
-        split = split_of(surrogate)
-        (found,) = plain_predictions(surrogate, [split])
-        assert np.array_equal(found, surrogate.predict_newest_batch(split.inputs))
+    split = split_of(moving)
+    (plain,), (of_planned,) = (plain_predictions(one, [split]) for one in (moving, planned))
+    assert np.array_equal(plain, of_planned)
+    assert np.array_equal(used_predictions(moving, split), plain)
+    known = moving.predict_newest_batch(split.inputs)
+    assert np.array_equal(used_predictions(planned, split), known)

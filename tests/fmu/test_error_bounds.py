@@ -15,11 +15,12 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.error_bound import local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span, with_tolerances
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
+from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
 from tests.fmu.test_estimates import PATTERNS
+from tests.fmu.test_moving_inputs import set_at_step_end
 from tests.marks import essential
 
 PLAIN = Shape(
@@ -215,6 +216,35 @@ def test_bound_judges_what_was_given_by_forecast_inputs(
     within(np.array(found)[known], (bound.factors_at(0.95) * scales)[1:][known])
     # neither what it would say of known inputs, nor of outputs that are corrected afterwards
     assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
+
+
+@pytest.mark.parametrize("name", ["floored_judged", "both_span", "both_seen"])
+def test_each_call_has_its_own_bound(load: Load, name: str) -> None:
+    surrogate = surrogate_of("floored_judged")
+    if name == "both_seen":
+        shape = dataclasses.replace(SHAPES["judged"], positions=3)
+        surrogate = with_tolerances(judging(bounded_surrogate(shape, BLOCKS, sees_estimates=True)))
+    surrogate = with_plain(with_span(surrogate) if name == "both_span" else surrogate)
+    bound = surrogate.bound
+    assert bound is not None
+    alone = {0.0: bound.plain, 1.0: dataclasses.replace(bound, plain=None)}
+    both, results = load(surrogate), []
+    for at_step_end, own in alone.items():
+        other = load(dataclasses.replace(surrogate, name=f"other_{at_step_end:g}", bound=own))
+        expected, found = (
+            go(started(one, at_step_end), surrogate, PATTERNS["odd"], lambda k: k % 3 > 0)[1]
+            for one in (other, both)
+        )
+        assert found == expected
+        results.append(np.array(list(found.values())))
+    assert not np.isclose(results[0][:, :3], results[1][:, :3], rtol=0.01).all()
+
+
+def started(loaded: Loaded, at_step_end: float) -> Native:
+    """An instance whose inputs are set to what they are at the start or at the end of a step."""
+    native = loaded.instance()
+    set_at_step_end(native, at_step_end)
+    return native.start()
 
 
 def test_bound_of_what_was_given_counts_anew_after_an_odd_step(load: Load) -> None:

@@ -17,7 +17,13 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, random_bound, with_span, with_tolerances
+from tests.bounded import (
+    bounded_surrogate,
+    random_bound,
+    with_plain,
+    with_span,
+    with_tolerances,
+)
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.fmu.test_refused_payloads import refused
@@ -288,6 +294,55 @@ def test_tolerances_in_a_file_of_an_earlier_version_are_refused(load: Load, vers
     assert body[8] == 10
     struct.pack_into("<I", body, 8, version)
     assert "surrogate file" in refused(load(surrogate), with_checksum(bytes(body)))
+
+
+def plain_bounded(spanned: bool = False) -> Surrogate:
+    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    return with_plain(with_span(surrogate) if spanned else surrogate)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("place", [0, 6])
+def test_numbers_of_the_plain_call_that_are_not_positive_are_refused(
+    load: Load, place: int, value: float
+) -> None:
+    surrogate = plain_bounded()
+    message = refused(load(surrogate), edited(surrogate, 8 * place, "<d", value, b"PLAI"))
+    assert "error bound" in message
+
+
+@pytest.mark.parametrize("spanned", [False, True])
+def test_bound_in_the_plain_call_that_is_cut_off_is_refused(load: Load, spanned: bool) -> None:
+    surrogate = plain_bounded(spanned)
+    loaded, body = load(surrogate), surrogate.to_bytes()[:-4]
+    begin, end = body.index(b"PLAI"), body.index(b"META")
+    for length in (0, 48, end - begin - 12):
+        section = b"PLAI" + struct.pack("<I", length) + body[begin + 8 : begin + 8 + length]
+        content = with_checksum(body[:begin] + section + body[end:])
+        assert "surrogate file" in refused(loaded, content)
+
+
+def test_head_of_the_plain_call_with_another_number_of_values_is_refused(load: Load) -> None:
+    one, other = (plain_bounded(spanned).to_bytes()[:-4] for spanned in (False, True))
+    place, end = one.index(b"PLAI"), one.index(b"META")
+    bound = bound_of(plain_bounded(spanned=True))
+    assert bound.plain is not None
+    longer = other[other.index(b"PLAI") : other.index(b"META")]
+    head = 8 + 8 * (bound.factors.size + len(bound.limits) + 4 + bound.n_logarithms)
+    section = longer[8:head] + longer[head + 16 :]  # without the factors of the estimate
+    section = b"PLAI" + struct.pack("<I", len(section)) + section
+    content = with_checksum(one[:place] + section + one[end:])
+    assert "head of an error bound" in refused(load(plain_bounded()), content)
+
+
+@pytest.mark.parametrize("version", [8, 9, 10])
+def test_bound_in_the_plain_call_in_a_file_of_an_earlier_version_is_refused(
+    load: Load, version: int
+) -> None:
+    body = bytearray(plain_bounded().to_bytes()[:-4])
+    assert body[8] == 11
+    struct.pack_into("<I", body, 8, version)
+    assert "surrogate file" in refused(load(plain_bounded()), with_checksum(bytes(body)))
 
 
 def test_tolerances_without_a_bound_are_refused(load: Load) -> None:

@@ -48,8 +48,9 @@ static void read_companion(SlidePayload *payload, SlideCursor *file) {
 }
 
 /* From the statistics of a sample as they are: each of them is a channel. */
-static void read_head(SlidePayload *payload, uint32_t n_statistics, SlideCursor *file) {
-    SlideNetworkView *head = &payload->bound.head;
+static void read_head(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+    SlideNetworkView *head = &view->head;
+    const uint32_t n_statistics = 2 * view->n_seen + (view->sees_estimates ? 4 : 3) * n_outputs;
     slide_network_read(head, n_statistics, file);
     if (!file->good) {
         return;
@@ -93,10 +94,18 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
         slide_check(file, n_watched == view->n_seen + 2 * n_outputs,
                     "surrogate file: %u limits of an error bound; expected %u", (unsigned)n_watched,
                     (unsigned)(view->n_seen + 2 * n_outputs));
-        const uint32_t per_output = view->sees_estimates ? 4 : 3;
-        read_head(payload, 2 * view->n_seen + per_output * n_outputs, file);
+        read_head(view, n_outputs, file);
     }
     slide_close_section(file, "BOUN");
+}
+
+static void read_span_factors(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+    view->span_factors = slide_take_f64s(file, n_outputs, 1, "error estimate");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double factor = slide_f64(view->span_factors + 8 * i);
+        slide_check(file, factor > 0,
+                    "surrogate file: factor %g of an error estimate; expected it positive", factor);
+    }
 }
 
 void slide_span_read(SlidePayload *payload, SlideCursor *file) {
@@ -106,49 +115,69 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
                 "expected one of them");
     slide_open_section(file, "SPAN");
     view->span_block = slide_take_u32(file, "SPAN");
-    view->span_factors = slide_take_f64s(file, payload->n_outputs, 1, "error estimate");
     slide_check(file, view->span_block >= 1 && view->span_block <= MOST_BLOCK,
                 "surrogate file: an error estimate with blocks of %u samples; expected 1 to %d",
                 (unsigned)view->span_block, (int)MOST_BLOCK);
-    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
-        const double factor = slide_f64(view->span_factors + 8 * i);
-        slide_check(file, factor > 0,
-                    "surrogate file: factor %g of an error estimate; expected it positive", factor);
-    }
+    read_span_factors(view, payload->n_outputs, file);
     slide_close_section(file, "SPAN");
 }
 
-void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
-    slide_open_section(file, "TOLE");
-    payload->bound.tolerances = slide_take_f64s(file, payload->n_outputs, 1, "tolerance");
-    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
-        const double tolerance = slide_f64(payload->bound.tolerances + 8 * i);
-        slide_check(file, tolerance > 0,
-                    "surrogate file: tolerance %g of an error bound; expected it positive",
-                    tolerance);
-    }
-    payload->bound.floors = slide_take_f64s(file, payload->n_outputs, 1, "floor");
-    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
-        const double least = slide_f64(payload->bound.floors + 8 * i);
+/* What bounds with tolerances have besides. */
+static void read_floors(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+    view->floors = slide_take_f64s(file, n_outputs, 1, "floor");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double least = slide_f64(view->floors + 8 * i);
         slide_check(file, least >= 0,
                     "surrogate file: floor %g of an error bound; expected it not negative", least);
     }
-    payload->bound.shares = slide_take_f64s(file, payload->n_outputs, 1, "share");
-    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
-        const double share = slide_f64(payload->bound.shares + 8 * i);
+    view->shares = slide_take_f64s(file, n_outputs, 1, "share");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double share = slide_f64(view->shares + 8 * i);
         slide_check(file, share > 0 && share <= 1,
                     "surrogate file: share %g of the disagreement; expected above 0, at most 1",
                     share);
     }
-    const SlideBoundView *view = &payload->bound;
-    payload->bound.quietest = slide_take_f64s(
+    view->quietest = slide_take_f64s(
         file, file->good ? view->head.features.n_signals - view->n_seen : 0, 1, "quietest");
+}
+
+void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
+    SlideBoundView *view = &payload->bound;
+    slide_open_section(file, "TOLE");
+    view->tolerances = slide_take_f64s(file, payload->n_outputs, 1, "tolerance");
+    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
+        const double tolerance = slide_f64(view->tolerances + 8 * i);
+        slide_check(file, tolerance > 0,
+                    "surrogate file: tolerance %g of an error bound; expected it positive",
+                    tolerance);
+    }
+    read_floors(view, payload->n_outputs, file);
     slide_close_section(file, "TOLE");
 }
 
-void slide_bound_check_head(const SlidePayload *payload, SlideCursor *file) {
-    const uint32_t found = payload->bound.head.n_values;
-    const uint32_t expected = (payload->bound.span_block > 0 ? 2 : 1) * payload->n_outputs;
+void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file) {
+    SlideBoundView *view = &payload->plain;
+    const uint32_t n_outputs = payload->n_outputs;
+    const uint32_t n_watched = payload->bound.n_seen + 2 * n_outputs;
+    *view = payload->bound;
+    slide_open_section(file, "PLAI");
+    view->factors = slide_take_f64s(file, SLIDE_CONFIDENCES, n_outputs, "error bound");
+    view->limits = slide_take_f64s(file, n_watched, 1, "error bound");
+    check_numbers(view, n_outputs, n_watched, file);
+    read_floors(view, n_outputs, file);
+    if (view->span_block > 0) {
+        read_span_factors(view, n_outputs, file);
+    }
+    if (file->good) {
+        read_head(view, n_outputs, file);
+    }
+    slide_close_section(file, "PLAI");
+}
+
+void slide_bound_check_head(const SlidePayload *payload, const SlideBoundView *view,
+                            SlideCursor *file) {
+    const uint32_t found = view->head.n_values;
+    const uint32_t expected = (view->span_block > 0 ? 2 : 1) * payload->n_outputs;
     slide_check(file, found == expected,
                 "surrogate file: the head of an error bound gives %u values; expected %u",
                 (unsigned)found, (unsigned)expected);

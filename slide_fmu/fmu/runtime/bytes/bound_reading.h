@@ -1,4 +1,4 @@
-/* Reader of the error bound in a surrogate file, the section BOUN. The byte contract is in
+/* Reader of the error bound in a surrogate file, the section BOUN and what follows it. The byte contract is in
  * slide_fmu/surrogate/payload.py, the writer slide_fmu/surrogate/bound_payload.py. */
 #ifndef SLIDE_BOUND_READING_H
 #define SLIDE_BOUND_READING_H
@@ -14,7 +14,11 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file);
 /* Take the section TOLE after them, the tolerances of bounds that are trusted, and floors. */
 void slide_tolerances_read(SlidePayload *payload, SlideCursor *file);
 
+/* Take the section PLAI after these: what judges the plain call. */
+void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file);
+
 /* After all: the head gives a local scale of each output and, with SPAN, its expected error too. */
-void slide_bound_check_head(const SlidePayload *payload, SlideCursor *file);
+void slide_bound_check_head(const SlidePayload *payload, const SlideBoundView *view,
+                            SlideCursor *file);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, WITH_ESTIMATES = 9, WITH_TOLERANCES = 10 };
+enum { VERSION = 6, OLDEST = 5, WITH_ESTIMATES = 9, WITH_TOLERANCES = 10, WITH_PLAIN = 11 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -256,9 +256,16 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     }
     if (version >= WITH_TOLERANCES && bounded && file->good && is_next(file, "TOLE")) {
         slide_tolerances_read(payload, file);
+        payload->has_plain = version >= WITH_PLAIN && file->good && is_next(file, "PLAI");
+    }
+    if (payload->has_plain) {
+        slide_plain_bound_read(payload, file);
     }
     if (payload->has_bound && file->good) {
-        slide_bound_check_head(payload, file);
+        slide_bound_check_head(payload, &payload->bound, file);
+    }
+    if (payload->has_plain && file->good) {
+        slide_bound_check_head(payload, &payload->plain, file);
     }
     payload->forecast = (SlideForecastView){false, false, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
@@ -280,7 +287,7 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= WITH_TOLERANCES,
+    slide_check(&file, version >= OLDEST && version <= WITH_PLAIN,
                 "surrogate file of version %u; expected version %d: make the FMU again with "
                 "slide-fmu export OLD.fmu -o NEW.fmu",
                 (unsigned)version, (int)VERSION);

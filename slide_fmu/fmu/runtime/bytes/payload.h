@@ -56,8 +56,10 @@ typedef struct {
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
     SlideNetworkView estimator; /* feed-forward */
     const unsigned char *ranges; /* f32 [2][its features], least and largest values */
-    bool has_bound;
+    bool has_bound, has_plain;
     SlideBoundView bound;
+    SlideBoundView plain; /* the same in the plain call, where inputs are forecast, if has_plain:
+                             with numbers and a head of its own */
     SlideForecastView forecast;
     const unsigned char *output_ranges; /* f64 [n_outputs][low, high] in the training, or NULL */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */

@@ -24,6 +24,24 @@ static void place_scratch(SlideBound *bound, SlideArena *arena) {
     bound->expected = slide_place(arena, bound->n_expected, sizeof(double));
 }
 
+/* What judges errors: numbers, and the head. */
+static void place_judge(SlideBound *bound, const SlideBoundView *view, SlideArena *arena) {
+    const size_t n_outputs = bound->n_outputs, n_watched = 2 * n_outputs + bound->n_seen;
+    bound->span_factors =
+        place_numbers(view->span_factors, view->span_block > 0 ? n_outputs : 0, arena);
+    bound->tolerances = place_numbers(view->tolerances, bound->n_tolerances, arena);
+    bound->floors = place_numbers(view->floors, bound->n_tolerances, arena);
+    bound->shares = place_numbers(view->shares, bound->n_tolerances, arena);
+    const size_t n_limited = bound->n_tolerances > 0 ? n_statistics(bound) - bound->n_seen : 0;
+    bound->quietest = place_numbers(view->quietest, n_limited, arena);
+    bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
+    bound->limits = place_numbers(view->limits, n_watched, arena);
+    for (size_t i = 0; arena->base != NULL && i < n_watched; ++i) {
+        bound->limits[i] = fmin(1 / bound->limits[i], DBL_MAX);
+    }
+    slide_network_place(&bound->head, &view->head, view->head.n_values, arena);
+}
+
 void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena) {
     const SlideBoundView *view = &payload->bound;
     const size_t n_outputs = payload->n_outputs, n_seen = view->n_seen;
@@ -49,21 +67,9 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->of_long = (SlideBlocksShape){longer, n_outputs};
     bound->of_seen = (SlideBlocksShape){longer, n_seen};
     bound->of_span = (SlideBlocksShape){span_block, n_outputs};
-    bound->span_factors =
-        place_numbers(view->span_factors, span_block > 0 ? n_outputs : 0, arena);
     bound->n_tolerances = view->tolerances == NULL ? 0 : n_outputs;
-    bound->tolerances = place_numbers(view->tolerances, bound->n_tolerances, arena);
-    bound->floors = place_numbers(view->floors, bound->n_tolerances, arena);
-    bound->shares = place_numbers(view->shares, bound->n_tolerances, arena);
-    const size_t n_limited = bound->n_tolerances > 0 ? n_statistics(bound) - n_seen : 0;
-    bound->quietest = place_numbers(view->quietest, n_limited, arena);
-    bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
-    bound->limits = place_numbers(view->limits, 2 * n_outputs + n_seen, arena);
-    for (size_t i = 0; arena->base != NULL && i < 2 * n_outputs + n_seen; ++i) {
-        bound->limits[i] = fmin(1 / bound->limits[i], DBL_MAX);
-    }
+    place_judge(bound, view, arena);
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
-    slide_network_place(&bound->head, &view->head, view->head.n_values, arena);
     const uint64_t seen = bound->companion.memory_length;
     bound->filling_length = seen + (SLIDE_BLOCKS + 1) * longer;
     if (view->sees_estimates && payload->estimator.n_samples > bound->filling_length) {
@@ -71,6 +77,14 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     }
     bound->span_length = span_block > 0 ? seen + means_over : 0;
     place_scratch(bound, arena);
+}
+
+void slide_bound_place_plain(SlideBound *plain, const SlideBound *bound,
+                             const SlidePayload *payload, SlideArena *arena) {
+    *plain = *bound;
+    if (payload->has_plain) {
+        place_judge(plain, &payload->plain, arena);
+    }
 }
 
 void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, SlideArena *arena) {

@@ -67,6 +67,12 @@ typedef struct {
 } SlideBoundState;
 
 void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena);
+
+/* The bound in the plain call, if there is one of its own: it has other numbers and another head,
+ * but the state of the first. */
+void slide_bound_place_plain(SlideBound *plain, const SlideBound *bound,
+                             const SlidePayload *payload, SlideArena *arena);
+
 void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, SlideArena *arena);
 
 /* Nothing is known any more. */

@@ -69,6 +69,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_parameters_place(&model->parameters, &payload->parameters, arena);
     slide_estimator_place(&model->estimator, payload, arena);
     slide_bound_place(&model->bound, payload, arena);
+    slide_bound_place_plain(&model->plain_bound, &model->bound, payload, arena);
     shape_past(model, payload);
     slide_forecast_place(&model->forecast, payload, arena);
     model->at_step_end = payload->forecast.at_step_end;

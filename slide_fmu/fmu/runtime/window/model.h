@@ -26,6 +26,7 @@ typedef struct {
     SlideParameters parameters; /* that its weights follow */
     SlideEstimator estimator;
     SlideBound bound;
+    SlideBound plain_bound; /* the one in the plain call; only numbers and head may be others */
     SlideSamplesShape samples;
     SlideHistoryShape history;
     SlideForecast forecast;

@@ -93,6 +93,12 @@ static inline bool slide_stream_forecasts(const SlideModel *model, const SlideSt
     return model->history.first_order && state->head->at_step_end == 0;
 }
 
+/* The bound that judges this call. */
+static inline const SlideBound *slide_stream_judge(const SlideModel *model,
+                                                   const SlideState *state) {
+    return slide_stream_forecasts(model, state) ? &model->plain_bound : &model->bound;
+}
+
 /* The inputs until the first step, before it. */
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state);
 

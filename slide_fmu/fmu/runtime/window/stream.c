@@ -304,8 +304,8 @@ static void estimate_until(const SlideModel *model, SlideState *state, uint64_t 
 }
 
 static void bound_until(const SlideModel *model, SlideState *state, uint64_t count) {
-    slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &state->samples, count,
-                         &state->bound);
+    slide_bound_catch_up(slide_stream_judge(model, state), model->kernel, &model->samples,
+                         &state->samples, count, &state->bound);
 }
 
 /* To the newest sample. What is found before a forecast begins stays when that is forgotten: else
@@ -335,5 +335,5 @@ void slide_stream_bound(const SlideModel *model, SlideState *state) {
         model->bound.expected[i] = *slide_estimate_square(&model->estimator, &state->estimate, i,
                                                           *state->samples.count - 1);
     }
-    slide_bound_conclude(&model->bound, model->kernel, &state->bound);
+    slide_bound_conclude(slide_stream_judge(model, state), model->kernel, &state->bound);
 }

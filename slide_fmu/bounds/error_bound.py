@@ -14,7 +14,7 @@ import torch
 
 from slide_fmu.bounds.head import fit_head
 from slide_fmu.bounds.judge import Judge, fit_judge, tolerances_of
-from slide_fmu.bounds.observations import observed, require_finite
+from slide_fmu.bounds.observations import Observations, observed, require_finite
 from slide_fmu.bounds.plain_call import plain_predictions
 from slide_fmu.core.block_means import block_lengths
 from slide_fmu.core.progress import Progress
@@ -41,9 +41,11 @@ def fit_bound(
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is the head's.
 
-    If inputs are forecast, there are two judges: one of the plain call, and one of inputs known up
-    to the end of the step. Usual errors and the history are those of the call in which the FMU is
-    mostly run: planned motions are known.
+    If inputs are forecast, the bound holds both in the plain call and with inputs known up to the
+    end of the step. One judge covers both calls, which also helps where inputs of a new kind are
+    known, as in a loop. Planned motions are mostly known, and their errors in the plain call are
+    far larger: there each call has a judge of its own, and the tolerances, usual errors and
+    history are those of known inputs.
 
     The head takes the estimates of the surrogate's error estimator, if there is one. The splits
     are trajectories to train on, others for calibration, and possibly further ones to train on, of
@@ -60,22 +62,26 @@ def fit_bound(
     with np.errstate(all="ignore"):  # values that are not finite are refused below
         plain = plain_predictions(surrogate, splits)
 
-    def judge(given: Sequence[FloatArray | None], place: Path) -> Judge:
+    def seen(given: Sequence[FloatArray | None]) -> list[Observations]:
         pairs = zip(splits, given, strict=True)
         mixes = [observed(surrogate, companion, blocks, *pair) for pair in pairs]
         for name, mix in zip(PARTS, mixes, strict=False):
             require_finite(name, mix)
-        terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
-        return fit_judge(mixes, *terms, lambda of: fit_head(of, recipe, place, device, progress))
+        return mixes
 
-    of_plain_call = judge(plain, checkpoint)
+    def judge(calls: Sequence[Sequence[Observations]], place: Path) -> Judge:
+        terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
+        return fit_judge(calls, *terms, lambda of: fit_head(of, recipe, place, device, progress))
+
+    in_plain_call = seen(plain)
     shared = companion, blocks, surrogate.estimator
-    if surrogate.forecast is None:
-        tolerances = tolerances_of([of_plain_call], recipe.false_alarms)
-        return of_plain_call.error_bound(*shared, tolerances), of_plain_call.history
-    place = checkpoint.with_stem(f"{checkpoint.stem}-known")
-    of_known = judge([None] * len(splits), place)
-    judges = [of_known] if surrogate.planned else [of_plain_call, of_known]
-    tolerances = tolerances_of(judges, recipe.false_alarms)
-    bound = of_plain_call.error_bound(*shared, tolerances)
-    return of_known.error_bound(*shared, tolerances, bound), judges[0].history
+    if surrogate.planned:
+        of_known = judge([seen([None] * len(splits))], checkpoint)
+        of_plain = judge([in_plain_call], checkpoint.with_stem(f"{checkpoint.stem}-plain"))
+        tolerances = tolerances_of(of_known, recipe.false_alarms)
+        other = of_plain.error_bound(*shared, tolerances)
+        return of_known.error_bound(*shared, tolerances, other), of_known.history
+    known = [] if surrogate.forecast is None else [seen([None] * len(splits))]
+    of_both = judge([in_plain_call, *known], checkpoint)
+    tolerances = tolerances_of(of_both, recipe.false_alarms)
+    return of_both.error_bound(*shared, tolerances), of_both.history

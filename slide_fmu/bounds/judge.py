@@ -1,4 +1,4 @@
-"""A judge is fitted for one call of an FMU, by errors that were observed in this call."""
+"""A judge is fitted for one call of an FMU, or for both, by the errors observed there."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ extrapolate badly. An input at rest may have the logarithm of nothing at all."""
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """A Judge has the parts of an error bound that belong to one call.
+    """A Judge has the parts of an error bound that follow from observed errors.
 
     Attributes:
         head, factors, limits, span, floors, shares, quietest: as in ``ErrorBound``.
-        calibration: what was observed on the calibration, as the head gets it.
+        calibrations: what was observed on the calibration in each call, as the head gets it.
         history: course of the head's training.
     """
 
@@ -53,18 +53,18 @@ class Judge:
     floors: FloatArray
     shares: FloatArray
     quietest: FloatArray
-    calibration: Observations
+    calibrations: Sequence[Observations]
     history: History
 
-    def bounds(self) -> FloatArray:
-        """Return the 95 % bounds on the calibration, (n_trajectories, N, n_outputs)."""
-        mix, factors = self.calibration, self.factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
+    def bounds(self, mix: Observations) -> FloatArray:
+        """Return the 95 % bounds on a calibration, (n_trajectories, N, n_outputs)."""
+        factors = self.factors[CONFIDENCES.index(USUAL_CONFIDENCE)]
         scales = scales_of(self.head, mix.statistics)[..., : len(factors)]
         return floored(factors * scales, self.floors, mix.disagreement)
 
-    def outside(self) -> NDArray[np.bool_]:
-        """Return where the calibration is outside of the domain, (n_trajectories, N)."""
-        return np.asarray((self.calibration.watched / self.limits).max(axis=2) > 1)
+    def outside(self, mix: Observations) -> NDArray[np.bool_]:
+        """Return where a calibration is outside of the domain, (n_trajectories, N)."""
+        return np.asarray((mix.watched / self.limits).max(axis=2) > 1)
 
     def error_bound(
         self,
@@ -74,14 +74,14 @@ class Judge:
         tolerances: FloatArray,
         plain: ErrorBound | None = None,
     ) -> ErrorBound:
-        """Return the bound of this call; the arguments are as in ``ErrorBound``."""
+        """Return the bound of this judge; the arguments are as in ``ErrorBound``."""
         parts = self.factors, self.limits, estimator, self.span, tolerances
         others = self.floors, self.shares, self.quietest, plain
         return ErrorBound(companion, self.head, blocks, *parts, *others)
 
 
 def fit_judge(
-    mixes: Sequence[Observations],
+    calls: Sequence[Sequence[Observations]],
     kinds: NDArray[np.int64],
     domain_alarms: float,
     block: int | None,
@@ -89,9 +89,11 @@ def fit_judge(
 ) -> Judge:
     """Train the head of a judge, and calibrate it.
 
+    In each call, its bounds cover what they promise: the larger factors count.
+
     Args:
-        mixes: what the head learns from, the calibration, and possibly further kinds to learn
-            from.
+        calls: of each call what the head learns from, the calibration, and possibly further
+            kinds, of which only those of the first call count. This gives also the usual errors.
         kinds: kind of each trajectory of the calibration, (n_trajectories,).
         domain_alarms: share of the calibration's samples that lie outside of the domain.
         block: number of samples in a block of the error estimate; None without one.
@@ -101,42 +103,44 @@ def fit_judge(
         TrainingError: the training diverged, or the checkpoint cannot be read.
         ValueError: the surrogate makes no error at all, or there are too few trajectories.
     """
-    learnt, calibration, *further = mixes
+    learnt, calibration, *further = calls[0]
     n_outputs = calibration.errors.shape[2]
-    heard = [learnt, *(thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
+    heard = [mixes[0] for mixes in calls]
+    heard += [thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
     n_seen = learnt.watched.shape[2] - 2 * n_outputs  # after these come logarithms
     flat = np.concatenate([samples_of(mix.statistics)[:, 0, n_seen:] for mix in heard])
     quietest = np.quantile(flat, QUIETEST, axis=0)
     head, history = fit([mix.heard(quietest) for mix in heard])
     floors, shares = floors_of(calibration), shares_of(calibration)
-    weighed = calibration.heard(quietest).weighed(shares)
+    calibrations = [mixes[1].heard(quietest).weighed(shares) for mixes in calls]
+    factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
     span = None
     if block is not None:
         rms = scales_of(head, calibration.afterwards)[..., n_outputs:]
         span = SpanEstimate(block, span_factors(calibration.errors, rms, block))
     return Judge(
         head=head,
-        factors=factors_of(head, floors, weighed, kinds),
+        factors=factors,
         limits=domain_limits(learnt.watched, calibration.watched, domain_alarms),
         span=span,
         floors=floors,
         shares=shares,
         quietest=quietest,
-        calibration=weighed,
+        calibrations=calibrations,
         history=history,
     )
 
 
-def tolerances_of(judges: Sequence[Judge], false_alarms: float) -> FloatArray:
+def tolerances_of(judge: Judge, false_alarms: float) -> FloatArray:
     """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
 
     They are the same multiple of the usual error of every output, which is the 95 % quantile in
-    the call of the first judge. In each call, at most the share of false alarms of the samples has
+    the first call of the judge. In each call, at most the share of false alarms of the samples has
     a larger bound or lies outside of the domain.
     """
-    usual, multiples = judges[0].calibration.usual_errors(), []
-    for judge in judges:
-        ratios = (judge.bounds() / usual).max(axis=2)
-        ratios[judge.outside()] = ratios.max()  # they are alarms anyway
+    usual, multiples = judge.calibrations[0].usual_errors(), []
+    for mix in judge.calibrations:
+        ratios = (judge.bounds(mix) / usual).max(axis=2)
+        ratios[judge.outside(mix)] = ratios.max()  # they are alarms anyway
         multiples.append(np.quantile(ratios, 1 - false_alarms, method="higher"))
     return np.asarray(usual * max(multiples))

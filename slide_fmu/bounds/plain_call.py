@@ -123,10 +123,7 @@ def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatAr
     """
     if surrogate.estimator is not None:
         return np.stack([surrogate.estimate_error(inputs) for inputs in split.inputs])
-    bound = surrogate.bound
-    assert bound is not None
-    if bound.plain is not None and not surrogate.planned:
-        bound = bound.plain
+    assert surrogate.bound is not None
     scaled = surrogate.input_scaling.apply(split.inputs)
     predicted = surrogate.output_scaling.apply(given)
-    return bound.estimates(scaled, predicted) * surrogate.output_scaling.scale
+    return surrogate.bound.estimates(scaled, predicted) * surrogate.output_scaling.scale

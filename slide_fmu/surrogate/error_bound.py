@@ -99,8 +99,8 @@ class ErrorBound:
             1, shape (n_outputs,). Bounds with tolerances have them.
         quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
             as these. Bounds with tolerances have them.
-        plain: the bound in the plain call, where inputs are forecast. Only head and numbers are
-            its own. None where inputs are held, and of bounds that judge both calls alike.
+        plain: the bound in the plain call, if it is another one: that of planned motions, which
+            are forecast there. Only head and numbers are its own.
     """
 
     companion: StateSpace

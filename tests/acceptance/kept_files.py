@@ -24,7 +24,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import DESCRIPTION, PROVENANCE, SURROGATE, read_fmu
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 ROOT = Path(__file__).parents[2]
@@ -68,6 +68,7 @@ SPECIMENS = {
     "bound": lambda: bounded_surrogate(_CELL),
     "bound_and_span": lambda: with_span(bounded_surrogate(_CELL)),
     "bound_and_tolerances": lambda: with_tolerances(bounded_surrogate(_CELL)),
+    "bound_of_the_plain_call": lambda: with_plain(with_tolerances(bounded_surrogate(_CELL))),
 }
 """Surrogates of random weights by the names of their files; together they have every section."""
 

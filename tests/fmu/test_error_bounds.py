@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 from collections.abc import Callable, Iterable
 
@@ -228,16 +229,41 @@ def test_each_call_has_its_own_bound(load: Load, name: str) -> None:
     bound = surrogate.bound
     assert bound is not None
     alone = {0.0: bound.plain, 1.0: dataclasses.replace(bound, plain=None)}
-    both, results = load(surrogate), []
+    both = load(surrogate)
     for at_step_end, own in alone.items():
-        other = load(dataclasses.replace(surrogate, name=f"other_{at_step_end:g}", bound=own))
-        expected, found = (
+        results = [
             go(started(one, at_step_end), surrogate, PATTERNS["odd"], lambda k: k % 3 > 0)[1]
-            for one in (other, both)
-        )
-        assert found == expected
-        results.append(np.array(list(found.values())))
-    assert not np.isclose(results[0][:, :3], results[1][:, :3], rtol=0.01).all()
+            for one in (
+                both,
+                load(dataclasses.replace(surrogate, name=f"own_{at_step_end:g}", bound=own)),
+                load(
+                    dataclasses.replace(
+                        surrogate, name=f"other_{at_step_end:g}", bound=alone[1 - at_step_end]
+                    )
+                ),
+            )
+        ]
+        assert results[0] == results[1]
+        found, others = (np.array(list(rows.values()))[:, :3] for rows in results[1:])
+        assert not np.isclose(found, others, rtol=0.01).any(axis=1).all()
+
+
+@pytest.mark.parametrize("at_step_end", [0.0, 1.0])
+def test_bound_read_before_the_call_was_chosen_is_that_of_the_chosen_one(
+    load: Load, at_step_end: float
+) -> None:
+    surrogate = with_plain(surrogate_of("floored_judged"))
+    loaded, steps = load(surrogate), [1.0] * 30
+    expected = go(started(loaded, at_step_end), surrogate, steps, lambda k: k > 20)[1]
+    native = loaded.instance()
+    set_at_step_end(native, 1 - at_step_end)
+    zero = ctypes.c_double(0)
+    assert native.call("fmi2SetupExperiment", 0, zero, zero, 0, zero) == OK
+    assert native.call("fmi2EnterInitializationMode") == OK
+    read(native, surrogate)
+    set_at_step_end(native, at_step_end)
+    assert native.call("fmi2ExitInitializationMode") == OK
+    assert go(native, surrogate, steps, lambda k: k > 20)[1] == expected
 
 
 def started(loaded: Loaded, at_step_end: float) -> Native:

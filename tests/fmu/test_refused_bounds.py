@@ -332,7 +332,7 @@ def test_head_of_the_plain_call_with_another_number_of_values_is_refused(load: L
     section = longer[8:head] + longer[head + 16 :]  # without the factors of the estimate
     section = b"PLAI" + struct.pack("<I", len(section)) + section
     content = with_checksum(one[:place] + section + one[end:])
-    assert "head of an error bound" in refused(load(plain_bounded()), content)
+    assert "gives 4 values; expected 2" in refused(load(plain_bounded()), content)
 
 
 @pytest.mark.parametrize("version", [8, 9, 10])

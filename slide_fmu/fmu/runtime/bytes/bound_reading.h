@@ -1,5 +1,5 @@
-/* Reader of the error bound in a surrogate file, the section BOUN and what follows it. The byte contract is in
- * slide_fmu/surrogate/payload.py, the writer slide_fmu/surrogate/bound_payload.py. */
+/* Reader of the error bound in a surrogate file, the section BOUN and what follows it. The byte
+ * contract is in slide_fmu/surrogate/payload.py, the writer slide_fmu/surrogate/bound_payload.py. */
 #ifndef SLIDE_BOUND_READING_H
 #define SLIDE_BOUND_READING_H
 

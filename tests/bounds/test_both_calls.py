@@ -16,6 +16,7 @@ from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds.learnt_soon import LEARNT_SOON
 from tests.libraries import build_libraries
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe
@@ -41,21 +42,7 @@ RECIPE = tiny_state_space_recipe(
             }
         ],
     },
-    network={"order": 2, "hidden": 6},
-    training={
-        "starts": 1,
-        "iterations": 10,
-        "expert": {"start_iterations": 5, "kept": 1, "kept_iterations": 5},
-    },
-    bound={
-        "expert": {
-            "short_span": 0.05,
-            "long_span": 0.25,
-            "hidden": [8],
-            "steps": 1000,
-            "companion": {"hidden": 9, "iterations": 14},
-        }
-    },
+    **LEARNT_SOON,
 )
 FRESH = 40
 """Trajectories that nothing has seen."""

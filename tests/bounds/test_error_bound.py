@@ -30,6 +30,7 @@ from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.error_bound import CONFIDENCES, ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.bounds.learnt_soon import LEARNT_SOON
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
@@ -41,21 +42,7 @@ RECIPE = tiny_state_space_recipe(
         "parameters": {"damping": 40.0, "substeps": 6},
     },
     data={"train": 6, "duration": 2.5, "bound": 40, "calibration": 100},
-    network={"order": 2, "hidden": 6},
-    training={
-        "starts": 1,
-        "iterations": 10,
-        "expert": {"start_iterations": 5, "kept": 1, "kept_iterations": 5},
-    },
-    bound={
-        "expert": {
-            "short_span": 0.05,
-            "long_span": 0.25,
-            "hidden": [8],
-            "steps": 1000,
-            "companion": {"hidden": 9, "iterations": 14},
-        }
-    },
+    **LEARNT_SOON,
 )
 SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 CALIBRATED = RECIPE.count("calibration")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import dataclasses
 from collections.abc import Callable, Iterable
 
@@ -16,12 +15,11 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.error_bound import local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
+from tests.bounded import bounded_surrogate, with_span, with_tolerances
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
 from tests.fmu.test_estimates import PATTERNS
-from tests.fmu.test_moving_inputs import set_at_step_end
 from tests.marks import essential
 
 PLAIN = Shape(
@@ -217,60 +215,6 @@ def test_bound_judges_what_was_given_by_forecast_inputs(
     within(np.array(found)[known], (bound.factors_at(0.95) * scales)[1:][known])
     # neither what it would say of known inputs, nor of outputs that are corrected afterwards
     assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
-
-
-@pytest.mark.parametrize("name", ["floored_judged", "both_span", "both_seen"])
-def test_each_call_has_its_own_bound(load: Load, name: str) -> None:
-    surrogate = surrogate_of("floored_judged")
-    if name == "both_seen":
-        shape = dataclasses.replace(SHAPES["judged"], positions=3)
-        surrogate = with_tolerances(judging(bounded_surrogate(shape, BLOCKS, sees_estimates=True)))
-    surrogate = with_plain(with_span(surrogate) if name == "both_span" else surrogate)
-    bound = surrogate.bound
-    assert bound is not None
-    alone = {0.0: bound.plain, 1.0: dataclasses.replace(bound, plain=None)}
-    both = load(surrogate)
-    for at_step_end, own in alone.items():
-        results = [
-            go(started(one, at_step_end), surrogate, PATTERNS["odd"], lambda k: k % 3 > 0)[1]
-            for one in (
-                both,
-                load(dataclasses.replace(surrogate, name=f"own_{at_step_end:g}", bound=own)),
-                load(
-                    dataclasses.replace(
-                        surrogate, name=f"other_{at_step_end:g}", bound=alone[1 - at_step_end]
-                    )
-                ),
-            )
-        ]
-        assert results[0] == results[1]
-        found, others = (np.array(list(rows.values()))[:, :3] for rows in results[1:])
-        assert not np.isclose(found, others, rtol=0.01).any(axis=1).all()
-
-
-@pytest.mark.parametrize("at_step_end", [0.0, 1.0])
-def test_bound_read_before_the_call_was_chosen_is_that_of_the_chosen_one(
-    load: Load, at_step_end: float
-) -> None:
-    surrogate = with_plain(surrogate_of("floored_judged"))
-    loaded, steps = load(surrogate), [1.0] * 30
-    expected = go(started(loaded, at_step_end), surrogate, steps, lambda k: k > 20)[1]
-    native = loaded.instance()
-    set_at_step_end(native, 1 - at_step_end)
-    zero = ctypes.c_double(0)
-    assert native.call("fmi2SetupExperiment", 0, zero, zero, 0, zero) == OK
-    assert native.call("fmi2EnterInitializationMode") == OK
-    read(native, surrogate)
-    set_at_step_end(native, at_step_end)
-    assert native.call("fmi2ExitInitializationMode") == OK
-    assert go(native, surrogate, steps, lambda k: k > 20)[1] == expected
-
-
-def started(loaded: Loaded, at_step_end: float) -> Native:
-    """An instance whose inputs are set to what they are at the start or at the end of a step."""
-    native = loaded.instance()
-    set_at_step_end(native, at_step_end)
-    return native.start()
 
 
 def test_bound_of_what_was_given_counts_anew_after_an_odd_step(load: Load) -> None:

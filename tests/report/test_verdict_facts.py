@@ -58,6 +58,27 @@ def test_bounds_of_released_machines_hold_in_the_plain_call(name: str) -> None:
     assert fact.good
 
 
+@pytest.mark.parametrize("name", ["robot_6r", "slider_crank"])
+def test_card_says_how_often_each_call_is_trusted(name: str) -> None:
+    _, provenance = read_fmu(FMUS / name / f"{name}.fmu")
+    measured = released_figures(provenance)
+    assert measured is not None
+    bound = measured.in_range.error_bound
+    assert bound is not None
+    assert bound.plain is not None
+    assert bound.plain.untrusted is not None
+    assert bound.untrusted is not None
+    card = (FMUS / name / "README.md").read_text("utf-8")
+    plain, known = (f"{100 * share:.3g} %" for share in (bound.plain.untrusted, bound.untrusted))
+    assert (
+        f"Samples where trusted is false: {plain} in the plain call, {known} with inputs" in card
+    )
+    assert (
+        "There is one bound of the plain call, and one of inputs known to the step's end" in card
+    )
+    assert "False alarms with inputs known to the step's end, with the tolerances" in card
+
+
 def test_bound_of_held_inputs_shows_its_only_share() -> None:
     fact, (covered,) = fact_and_coverage("duffing")
     assert fact.value == f"{100 * covered:.3g} %"

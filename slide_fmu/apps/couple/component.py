@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -164,14 +165,14 @@ class Component:
         Raises:
             CoSimulationError: one is not a finite number.
         """
-        values = np.array(self.slave.get_real(self._read) if self._read else [], dtype=np.float64)
-        if not np.all(np.isfinite(values)):
+        values = self.slave.get_real(self._read) if self._read else []
+        if not all(map(math.isfinite, values)):
             name = self.outputs[int(np.argmin(np.isfinite(values)))]
             raise CoSimulationError(
                 f"component {self.name!r}: {name} is not finite; expected a number: the coupling "
                 "is unstable at this step, choose a shorter one or an implicit method"
             )
-        return values
+        return np.array(values, dtype=np.float64)
 
     def _slopes(self) -> FloatArray:
         """Return the derivatives of the outputs by the linked inputs, (n_outputs, n_linked)."""

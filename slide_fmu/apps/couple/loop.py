@@ -16,6 +16,9 @@ REMEMBERED = 3
 """Number of former steps from which the linked inputs of the next one are continued. In a car with
 a surrogate, the third one saves a seventh of the iterations, and a fourth one no more."""
 
+EVEN = {2: (2.0, -1.0), 3: (3.0, -3.0, 1.0)}
+"""Weights of that many former steps, the last one first, where all are as long as the next one."""
+
 SLOPE_PART = 1e-4
 """Change of an input, as a part of its size, with which derivatives are measured by rollback."""
 
@@ -142,9 +145,13 @@ class Loop:
         """
         if len(self.solved) < 2:
             return self.continued(length, linear=True)
+        lengths = [h for _, h in self.solved]
+        if all(h == length for h in lengths):  # the usual case, where it costs least
+            weighted = zip(EVEN[len(lengths)], self.solved, strict=True)
+            onward = np.sum([weight * values for weight, (values, _) in weighted], axis=0)
+            return np.where(self.discrete, self.values(self.outputs), onward)
         # a mean belongs to the middle of its step
         middle = np.where(self.held, 0.5, 0.0)
-        lengths = [h for _, h in self.solved]
         places = [-sum(lengths[:i]) - middle * h for i, h in enumerate(lengths)]
         onward = np.zeros(len(self.inputs))
         for i, (values, _) in enumerate(self.solved):  # Lagrange's polynomials

@@ -8,8 +8,8 @@
 /* The number of samples known before the forecast; 0 where all are others since. */
 static uint64_t n_known(const SlideState *state) {
     uint64_t count, restarts;
-    memcpy(&count, slide_seen_part(state, state->known, state->samples.count), sizeof count);
-    memcpy(&restarts, slide_seen_part(state, state->known, state->restarts), sizeof restarts);
+    memcpy(&count, slide_seen_part(state, state->aside, state->samples.count), sizeof count);
+    memcpy(&restarts, slide_seen_part(state, state->aside, state->restarts), sizeof restarts);
     return restarts == *state->restarts ? count : 0;
 }
 
@@ -17,11 +17,11 @@ static uint64_t n_known(const SlideState *state) {
  * step. What the importer was given stays, where the bound judges it, unless all samples are
  * others. */
 static void forget_forecast(const SlideModel *model, SlideState *state) {
-    const SlideSeenCopy back = {state->known, state->strayed, n_known(state),
+    const SlideSeenCopy back = {state->aside, state->strayed, n_known(state),
                                 *state->samples.count};
     slide_history_go_back(&model->history, &state->history, SLIDE_MARK_FORECAST);
     if (back.first == 0) {
-        slide_seen_copy_all(state, state->known, state->strayed);
+        slide_seen_copy_all(state, state->aside, state->strayed);
         return;
     }
     slide_seen_copy_samples(model, state, &back);
@@ -33,10 +33,10 @@ static void forget_forecast(const SlideModel *model, SlideState *state) {
 
 /* What networks have seen by now is known; the rest is forecast. */
 static void keep_known(const SlideModel *model, SlideState *state, bool first) {
-    const SlideSeenCopy copy = {state->strayed, state->known, n_known(state),
+    const SlideSeenCopy copy = {state->strayed, state->aside, n_known(state),
                                 *state->samples.count};
     if (first || copy.first == 0) {
-        slide_seen_copy_all(state, state->strayed, state->known);
+        slide_seen_copy_all(state, state->strayed, state->aside);
         return;
     }
     slide_seen_copy_samples(model, state, &copy);
@@ -126,7 +126,7 @@ static void undo_forecast(const SlideModel *model, SlideState *state, const Back
     SlideHistory *history = &state->history;
     slide_history_go_back(&model->history, history, SLIDE_MARK_STEP);
     copy_state(model, state, backup, backup->state, (unsigned char *)state->head);
-    copy_seen(model, state, backup, backup->known, state->known);
+    copy_seen(model, state, backup, backup->known, state->aside);
     if (!slide_stream_fresh(state)) {
         slide_history_go_back(&model->history, history, SLIDE_MARK_FORECAST);
         slide_history_append(&model->history, history, state->head->last_length, state->goal,
@@ -137,7 +137,7 @@ static void undo_forecast(const SlideModel *model, SlideState *state, const Back
 bool slide_forecast_step(const SlideModel *model, SlideState *state, double length) {
     const Backup backup = backup_of(model, state, length);
     copy_state(model, state, &backup, (const unsigned char *)state->head, backup.state);
-    copy_seen(model, state, &backup, state->known, backup.known);
+    copy_seen(model, state, &backup, state->aside, backup.known);
     bool done = reach_now(model, state, length);
     if (done) {
         slide_step_begin(model, state, length);
@@ -167,5 +167,5 @@ uint64_t slide_forecast_known(const SlideModel *model, const SlideState *state) 
 void slide_forecast_keep(const SlideState *state, SlideFound found) {
     const ptrdiff_t place =
         (const unsigned char *)found.known - (const unsigned char *)state->strayed;
-    memcpy((unsigned char *)state->known + place, found.known, found.size);
+    memcpy((unsigned char *)state->aside + place, found.known, found.size);
 }

@@ -1,5 +1,7 @@
 #include "intake.h"
 
+#include "aside.h"
+
 #include "moving.h"
 
 #include <math.h>
@@ -60,8 +62,11 @@ SlideIntake slide_intake_step(const SlideModel *model, SlideState *state) {
     const bool held = settled && !state->head->moved; /* slide_stream_hold took in one sample */
     const uint32_t n_whole = slide_intake_whole(model, state->head->last_length);
     const double *from = slide_stream_reached(model, state);
-    SlideIntake intake = {n_whole, n_whole == 0 && !held, settled, 0};
-    if (intake.anew) {
+    const uint32_t n_resumed = slide_aside_resumed(model, state);
+    SlideIntake intake = {n_whole, n_whole == 0 && n_resumed == 0 && !held, settled, 0};
+    if (n_resumed > 0) {
+        intake.count = n_resumed;
+    } else if (intake.anew) {
         intake.count = model->memory_length;
     } else if (held && n_whole > 0) {
         intake.count = n_whole - 1;
@@ -71,7 +76,7 @@ SlideIntake slide_intake_step(const SlideModel *model, SlideState *state) {
     }
     append(model, state); /* a step of whole samples is joined to none under a first-order hold */
     slide_intake_sample(model, state, intake.count,
-                        model->history.first_order && !intake.anew ? from : NULL);
+                        model->history.first_order && n_whole > 0 ? from : NULL);
     return intake;
 }
 

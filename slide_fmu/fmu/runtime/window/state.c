@@ -40,10 +40,9 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     slide_history_place(&state->history, &model->history, arena);
     state->before_steps = arena->used - start - slide_history_steps_size(&model->history);
     state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
-    state->known = slide_place(arena, model->history.first_order ? state->seen_size : 0, 1);
+    state->aside = slide_place(arena, state->seen_size, 1);
     state->size = arena->used - start;
-    state->backup = slide_place(
-        arena, state->before_steps + (model->history.first_order ? state->seen_size : 0), 1);
+    state->backup = slide_place(arena, state->before_steps + state->seen_size, 1);
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {

@@ -25,6 +25,9 @@ typedef struct {
     double last_length; /* s, of the last step; 0 before the first */
     double reached_length; /* s, of the step whose end the inputs set last are, where they are not
                               those of the step's end */
+    double aside;       /* samples since the end of what SlideState.aside has seen; 0: nothing */
+    double aside_since; /* what SlideState.since was there */
+    double resumed;     /* samples that the last step took in, if it went on from there; or 0 */
     double confidence;  /* of error bounds, a variable */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
@@ -67,11 +70,15 @@ typedef struct {
     SlideBeforeStep before;
     SlideHistory history;
     double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
-    void *known;         /* what networks have seen, as it was before what is only forecast */
+    void *aside;         /* what networks have seen, of another time. Where inputs are set to what
+                            they are at the start of a step: as it was before what is only
+                            forecast. Else as it was before a step that was no whole number of
+                            samples: the step that ends a whole number of samples later goes on
+                            from there */
     size_t size;         /* bytes of the block, which starts at head */
     size_t seen_size;    /* bytes of what networks have seen: from strayed to bound */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
-    void *backup;        /* room for these, and for what was known, to undo a step; not part of the
+    void *backup;        /* room for these, and for what is aside, to undo a step; not part of the
                             block */
 } SlideState;
 

@@ -1,5 +1,6 @@
 #include "forecast_step.h"
 
+#include "aside.h"
 #include "ranges.h"
 
 #include <math.h>
@@ -233,7 +234,8 @@ void slide_step_count(const SlideModel *model, SlideState *state, double length)
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
     state->head->given = n_whole > 0 ? state->head->given + n_whole : 0;
     if (model->parameters.count > 0) { /* a window taken in anew knows no other parameters */
-        *state->since = n_whole > 0 ? *state->since + n_whole : INFINITY;
+        const uint32_t count = n_whole > 0 ? n_whole : slide_aside_resumed(model, state);
+        *state->since = count > 0 ? *state->since + count : INFINITY;
     }
 }
 
@@ -241,6 +243,7 @@ static bool step_of(const SlideModel *model, SlideState *state, double length) {
     if (slide_stream_fresh(state) && !slide_stream_hold(model, state)) {
         return false;
     }
+    slide_aside_begin(model, state, length);
     slide_step_keep(model, state);
     slide_step_begin(model, state, length);
     const SlideIntake intake = slide_intake_step(model, state);
@@ -264,6 +267,8 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     remember(model, state, model->taken, true);
     slide_step_accept(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
+    slide_aside_pass(state, 1);
+    state->head->resumed = 0;
     state->head->filled += 1;
     if (model->parameters.count > 0) {
         *state->since += 1;
@@ -280,10 +285,12 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
         return step_once(model, state);
     }
     memcpy(state->backup, state->head, state->before_steps);
+    slide_aside_keep(state);
     bool done = step_of(model, state, length);
     if (!done) {
         slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
         memcpy(state->head, state->backup, state->before_steps);
+        slide_aside_undo(state);
     }
     return done;
 }

@@ -68,6 +68,25 @@ def test_step_of_several_samples_gives_what_as_many_single_steps_give(
     np.testing.assert_array_equal(found, single[count - 1 :: count])
 
 
+@both_holds
+@pytest.mark.parametrize("parts", [(0.5, 0.5), (0.2, 0.8), (0.5, 1.0, 0.5)])
+def test_steps_between_samples_go_on_from_the_samples_before(
+    load: Load, parts: tuple[float, ...], hold: Hold
+) -> None:
+    """At samples they give, to the bit, what whole steps give: nothing was forgotten on the way.
+    A window that is seen anew would be off by the truncation error."""
+    surrogate = random_surrogate(Shape(positions=3, cell=LASTING, hold=hold, differences=1))
+    loaded, whole = load(surrogate), round(sum(parts))
+    first, ends, wanted = np.zeros((1, 1)), drawn(30, 1), 5
+    before = np.concatenate([first, ends[:-1]]) if hold == "first_order" else ends
+    done = np.cumsum(parts) / whole
+    rows = (before[:, None] + done[:, None] * (ends - before)[:, None]).reshape(-1, 1)
+    one, other = loaded.instance().start(), loaded.instance().start()
+    go(one, [1], first), go(other, [1], first)
+    found = go(one, parts * len(ends), rows, wanted)[len(parts) - 1 :: len(parts)]
+    np.testing.assert_array_equal(found, go(other, [whole] * len(ends), ends, wanted))
+
+
 def test_switching_of_step_lengths_stays_within_the_truncation_error(load: Load) -> None:
     """h, 0.6 h, h again: outputs stay within the measured truncation error of the exact window."""
     surrogate = random_surrogate(Shape(cell=LASTING))
@@ -190,7 +209,7 @@ def test_state_saved_at_any_phase_is_restored_to_the_bit(load: Load, shape: Shap
     loaded = load(random_surrogate(shape))
     one, other = loaded.instance().start(), loaded.instance()
     rng = np.random.default_rng(2)
-    lengths = [1.0] * 30 + rng.choice([1, 1, 2, 0.6, 0.1, 17], 60).tolist()
+    lengths = [1.0] * 30 + rng.choice([1, 1, 2, 0.6, 0.5, 0.5, 0.1, 17], 60).tolist()
     inputs = drawn(len(lengths), 1)
     variables = 4 + (shape.cell is not None)
     for k, length in enumerate(lengths):

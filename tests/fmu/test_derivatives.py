@@ -37,7 +37,7 @@ SINGLE = 2e-5
 
 CASES = list(itertools.product(SEEN, FAMILIES))
 NAMES = [" ".join(case) for case in CASES]
-LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 1, 8, 1, 7.7, 1, 1]
+LENGTHS = [1, 1, 3, 0.02, 0.01, 1, 0.6, 1, 5, 1, 2.3, 1, 0.5, 0.5, 0.5, 1, 8, 1.5, 1, 7.7, 1, 1]
 """Steps in units of h; shorter ones than 1/32 are joined to the next."""
 
 

@@ -125,14 +125,19 @@ class Component:
         length: float,
     ) -> None:
         """Set all inputs before a piece of a step."""
-        place = {"held": begin + 0.5 * piece, "reached": begin + piece}.get(self.inputs, begin)
+        if not self._set:
+            return
+        place, at = begin, 1.0  # time of the courses, and part of the change of linked inputs
+        if self.inputs == "held":
+            place += 0.5 * piece
+        elif self.inputs == "reached":
+            place, at = begin + piece, parts[1]
+        elif self.inputs == "sloped":
+            at = parts[0]
         known = [course(place) for _, course in self.courses]
-        done, part = parts
-        at = {"reached": part, "sloped": done}.get(self.inputs, 1.0)
         linked = now if at == 1.0 else before + at * (now - before)
-        if self._set:
-            self.slave.set_real(self._set, [*linked.tolist(), *known])
-        if self.inputs == "sloped" and self._set:
+        self.slave.set_real(self._set, [*linked.tolist(), *known])
+        if self.inputs == "sloped":
             rates = [*((now - before) / length).tolist()]
             ends = [course(begin + piece) for _, course in self.courses]
             rates += [(end - value) / piece for end, value in zip(ends, known, strict=True)]

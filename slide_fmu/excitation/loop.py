@@ -217,16 +217,18 @@ class LoopRecipe(Table):
         return Partner(mass, stiffness, damping, outer, tuple(own))
 
     def typical_partners(self) -> list[Partner]:
-        """Return the partners at both ends of the ranges and in their geometric middle.
-
-        There are none where the partner is a model, whose response is not known.
-        """
-        if self.partner is not None:
-            return []
-        pairs = (self.mass, self.stiffness, self.damping)
+        """Return the partners at both ends of the ranges and in their geometric middle."""
+        own = self.ranges or {}
+        pairs = (self.mass, self.stiffness, self.damping, *own.values())
+        differ = any(low < high for low, high in pairs)
         found = [
-            Partner(_at(self.mass, share), _at(self.stiffness, share), _at(self.damping, share))
-            for share in ((0.0, 0.5, 1.0) if any(low < high for low, high in pairs) else (0.0,))
+            Partner(
+                _at(self.mass, share),
+                _at(self.stiffness, share),
+                _at(self.damping, share),
+                own=tuple((name, _at(pair, share)) for name, pair in own.items()),
+            )
+            for share in ((0.0, 0.5, 1.0) if differ else (0.0,))
         ]
         return list(dict.fromkeys(found))
 

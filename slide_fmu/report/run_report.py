@@ -91,7 +91,9 @@ def run_figures(
         plain_call=found.plain_call,
         box=found.box,
         adversarial=found.search,
-        loops=loop_figures(case.recipe, surrogate, found.validations[IN_RANGE].comparisons),
+        loops=loop_figures(
+            case.recipe, surrogate, source, found.validations[IN_RANGE].comparisons
+        ),
     )
     in_range = found.validations[IN_RANGE]
     figures = replace(figures, record_remarks=remarks_on_data(source, in_range))

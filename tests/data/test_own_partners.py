@@ -95,7 +95,7 @@ def test_values_of_parameters_are_drawn_in_their_ranges(tmp_path: Path) -> None:
     assert loop.described((), STEP).startswith("in a loop with the model")
     assert "with m 1 to 100, load -0.1 to 0.3: force acts on it" in loop.described((), STEP)
     assert loop.settings()["m"] == "1.0 .. 100.0"
-    assert loop.typical_partners() == []
+    assert [dict(one.own)["m"] for one in loop.typical_partners()] == pytest.approx([1, 10, 100])
 
 
 def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:

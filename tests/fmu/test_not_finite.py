@@ -109,7 +109,7 @@ def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | 
 
 
 def test_failed_half_step_leaves_what_is_aside(load: Load) -> None:
-    """The second half goes on from the sample before the first one, also when it is tried again."""
+    """The second half goes on from the sample before the first one, also when tried again."""
     surrogate = random_surrogate(Shape(cell=CellShape(), hold="first_order"))
     network = surrogate.network
     assert isinstance(network, StateSpace)

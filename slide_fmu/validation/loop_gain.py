@@ -3,8 +3,8 @@
 A surrogate answers G to a small change of the input, and the partner answers C to the output. A
 part e of error at the output then becomes the part e / (1 - C G) at the input: the sensitivity of
 the closed loop (Åström and Murray, "Feedback Systems", 2008, section 11.1). The answer of a simple
-partner is known. That of a model is simulated: it may grow, as that of a free mass does, so the loop
-is closed sample by sample, where a sound one forgets.
+partner is known. That of a model is simulated: it may grow, as that of a free mass does, so the
+loop is closed sample by sample, where a sound one forgets.
 """
 
 from __future__ import annotations

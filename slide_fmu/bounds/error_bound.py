@@ -17,7 +17,7 @@ from slide_fmu.bounds.judge import Judge, fit_judge, tolerances_of
 from slide_fmu.bounds.observations import Observations, observed, require_finite
 from slide_fmu.bounds.plain_call import plain_predictions
 from slide_fmu.core.block_means import block_lengths
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.history import History
@@ -29,6 +29,9 @@ from slide_fmu.surrogate.surrogate import Surrogate
 PARTS = "data.bound", "data.calibration", "bound.expert.further"
 """The splits for an error bound, by their keys in recipes, in their order."""
 
+BOUND, PLAIN_BOUND = "error bound", "error bound of the plain call"
+"""Names of the heads' stages in the progress, and of the first one in the figures."""
+
 
 def fit_bound(
     surrogate: Surrogate,
@@ -37,7 +40,7 @@ def fit_bound(
     recipe: BoundRecipe,
     checkpoint: Path,
     device: torch.device,
-    progress: Progress,
+    progress: Stages,
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is the head's.
 
@@ -69,15 +72,17 @@ def fit_bound(
             require_finite(name, mix)
         return mixes
 
-    def judge(calls: Sequence[Sequence[Observations]], place: Path) -> Judge:
+    def judge(calls: Sequence[Sequence[Observations]], place: Path, name: str = BOUND) -> Judge:
         terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
-        return fit_judge(calls, *terms, lambda of: fit_head(of, recipe, place, device, progress))
+        stage = progress(name)
+        return fit_judge(calls, *terms, lambda of: fit_head(of, recipe, place, device, stage))
 
     in_plain_call = seen(plain)
     shared = companion, blocks, surrogate.estimator
     if surrogate.planned:
         of_known = judge([seen([None] * len(splits))], checkpoint)
-        of_plain = judge([in_plain_call], checkpoint.with_stem(f"{checkpoint.stem}-plain"))
+        place = checkpoint.with_stem(f"{checkpoint.stem}-plain")
+        of_plain = judge([in_plain_call], place, PLAIN_BOUND)
         tolerances = tolerances_of(of_known, recipe.false_alarms)
         other = of_plain.error_bound(*shared, tolerances)
         return of_known.error_bound(*shared, tolerances, other), of_known.history

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from slide_fmu.bounds.error_bound import fit_bound
+from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.bounds.plain_call import useless_estimate
@@ -40,9 +40,6 @@ COMPANION = "companion"
 ACCURATE = 1.3
 """Largest ratio of the validation errors of companion and surrogate. A less accurate companion
 makes bounds wider, since its own error is most of the disagreement."""
-
-BOUND = "error bound"
-"""Name of the head's stage in the progress and in the figures."""
 
 
 def fit_surrogate(work: Work) -> Fit:
@@ -135,7 +132,7 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
     )
     place = work.checkpoints / f"bound-{key}.pt"
     bound, history = fit_bound(
-        surrogate, companion, splits, recipe.bound, place, work.device, work.progress(BOUND)
+        surrogate, companion, splits, recipe.bound, place, work.device, work.progress
     )
     surrogate, more = replace(surrogate, bound=bound), {COMPANION: course, BOUND: history}
     if bound.span is not None:

@@ -14,8 +14,8 @@ from crepes import ConformalRegressor
 
 from slide_fmu.bounds import fit as fit_module
 from slide_fmu.bounds import head
-from slide_fmu.bounds.error_bound import fit_bound
-from slide_fmu.bounds.fit import BOUND, COMPANION, fit_surrogate
+from slide_fmu.bounds.error_bound import BOUND, fit_bound
+from slide_fmu.bounds.fit import COMPANION, fit_surrogate
 from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
@@ -135,7 +135,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
         bound_of(steps=50),
         tmp_path / "head.pt",
         torch.device("cpu"),
-        lambda done, total, error=None: heard.append(error),
+        lambda name: lambda done, total, error=None: heard.append(error),
     )
     assert set(heard) == {None}  # its loss is no relative error
     bounded = replace(surrogate, bound=bound)
@@ -409,5 +409,5 @@ def test_networks_that_do_not_stay_bounded_are_named_with_the_part_of_the_data(
             RECIPE.bound,
             tmp_path / "head.pt",
             torch.device("cpu"),
-            silent,
+            lambda name: silent,
         )

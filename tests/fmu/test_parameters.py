@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.cosim.simulate import simulate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -159,6 +160,24 @@ def test_step_of_a_broken_length_knows_the_new_parameters_alone(
     assert run.set(**GIVEN) == OK
     expected = pytest.approx(other.step(rows[0], parts[-1]), abs=1e-4 if len(parts) > 1 else SAME)
     assert run.step(rows[0], parts[-1]) == expected
+    assert run.get(PARAMETERS_SETTLED) == 1
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_step_goes_on_from_nothing_that_knows_former_parameters(load: Load, hold: Hold) -> None:
+    """A whole step lies between the change and the half step that could go on."""
+    loaded = load(random_surrogate(replace(SHAPE, hold=hold)))
+    run, other, rows = Run(loaded, 2), Run(loaded, 2), inputs(30)
+    assert other.set(**GIVEN) == OK
+    for one in (run, other):
+        one.native.start()
+        for row in rows:
+            one.step(row)
+        one.step(rows[1], 0.5)
+    assert run.set(**GIVEN) == OK
+    for length in (1.0, 0.5):
+        found, expected = (one.step(rows[2], length) for one in (run, other))
+    assert found == pytest.approx(expected, abs=1e-4)
     assert run.get(PARAMETERS_SETTLED) == 1
 
 

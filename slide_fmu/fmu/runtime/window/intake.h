@@ -25,7 +25,7 @@ void slide_intake_recall(const SlideModel *model, SlideState *state);
 void slide_intake_sample(const SlideModel *model, const SlideState *state, uint32_t count,
                          const double *from);
 
-/* Samples one h apart that a step takes in; 0: it takes all anew. */
+/* Samples one h apart in a step of a length in s; 0: it has no whole number of them. */
 uint32_t slide_intake_whole(const SlideModel *model, double length);
 
 /* A step under inputs that are those of all of it, or that it reaches by its end. */

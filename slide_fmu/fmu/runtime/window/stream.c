@@ -261,14 +261,13 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
         return false;
     }
+    slide_aside_begin(model, state, model->step);
     slide_step_keep(model, state);
     slide_step_begin(model, state, model->step);
     model->predictor.family->accept(&model->predictor, &state->predictor);
     remember(model, state, model->taken, true);
     slide_step_accept(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
-    slide_aside_pass(state, 1);
-    state->head->resumed = 0;
     state->head->filled += 1;
     if (model->parameters.count > 0) {
         *state->since += 1;
@@ -284,13 +283,18 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
     if (length == model->step && !slide_stream_fresh(state) && !state->head->moving) {
         return step_once(model, state);
     }
+    const bool between = slide_intake_whole(model, length) == 0;
     memcpy(state->backup, state->head, state->before_steps);
-    slide_aside_keep(state);
+    if (between) {
+        slide_aside_keep(state);
+    }
     bool done = step_of(model, state, length);
     if (!done) {
         slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
         memcpy(state->head, state->backup, state->before_steps);
-        slide_aside_undo(state);
+        if (between) {
+            slide_aside_undo(state);
+        }
     }
     return done;
 }

@@ -9,9 +9,10 @@
 bool slide_stream_hold(const SlideModel *model, SlideState *state);
 
 /* One communication step of a length (s, positive) under the present inputs: outputs at its end.
- * Of a whole number of sample steps, up to n_in, each is taken in; otherwise the window is sampled
- * anew from the remembered inputs and evaluated once. False when a result is not finite; then
- * nothing has changed. */
+ * Of a whole number of sample steps, up to n_in, each is taken in. Another one goes on from what
+ * networks saw a whole number of samples before its end (aside.h), if that is kept; otherwise the
+ * window is sampled anew from the remembered inputs and evaluated once. False when a result is not
+ * finite; then nothing has changed. */
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length);
 
 /* The last step, of a whole number of samples, becomes one sample longer, where inputs are

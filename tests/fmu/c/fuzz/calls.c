@@ -104,7 +104,7 @@ static void get_all(FuzzFmu *fmu) {
 }
 
 static double take_length(const FuzzFmu *fmu, FuzzInput *input) {
-    static const double parts[] = {1, 2, 0.6, 3, 1, 0.1, 0.01, 1e-7, 1.5, 7, 40, 1.0000001};
+    static const double parts[] = {1, 2, 0.6, 3, 0.5, 0.1, 0.01, 1e-7, 1.5, 7, 40, 1.0000001};
     const uint8_t kind = fuzz_u8(input);
     const double step = model_of(fmu)->step;
     const double length = kind >= 0xF0 ? fuzz_value(input) : parts[kind % 12] * step;

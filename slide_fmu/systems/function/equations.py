@@ -101,7 +101,8 @@ class ModelEquations:
         except SimulationError as error:
             raise SimulationError(
                 f"{'; '.join([*trouble, str(error)])}; expected motions that stay finite: check "
-                'f, or choose method = "LSODA" if the system is stiff'
+                'f; choose method = "LSODA" if the system is stiff; and where f jumps, as sign(v) '
+                "does, make it smooth, such as tanh(v / 0.001)"
             ) from error
 
     def rest(self, start: FloatArray, u: FloatArray, sizes: FloatArray) -> FloatArray | None:

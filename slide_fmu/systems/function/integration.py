@@ -16,7 +16,7 @@ METHODS = ("RK23", "RK45", "DOP853", "LSODA", "Radau", "BDF")
 """Methods by the names that ``scipy.integrate.solve_ivp`` has for them."""
 EXPLICIT = METHODS[:3]
 """Those of them that take many short steps where a system is stiff."""
-MOST_STEPS = 10_000
+MOST_STEPS = 2_000
 """An interval that needs more steps than this is given up."""
 
 Rates = Callable[[float, FloatArray], FloatArray]

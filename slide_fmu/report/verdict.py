@@ -194,10 +194,14 @@ def _estimate(found: EstimateFigures | None) -> str | None:
     if found is None or not found.without_floor:
         return None
     own, constant = max((one.mean, one.constant_mean) for one in found.without_floor)
-    return (
+    text = (
         f"On average, its error estimate differs from the true error by {percent(own)}; the best "
         f"constant estimate would differ by {percent(constant)}."
     )
+    if found.plain:
+        own, constant = max((one.mean, one.constant_mean) for one in found.plain)
+        text += f" In the plain call, these are {percent(own)} and {percent(constant)}."
+    return text
 
 
 def _valid(

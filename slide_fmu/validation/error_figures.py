@@ -111,11 +111,14 @@ class EstimateFigures:
     """These are the deviations of error estimates over a span of samples.
 
     Outputs without any error are left out; the norm is given where all outputs have one unit.
+    Of planned motions, the estimates are those with known inputs, and ``plain`` has those of the
+    plain call.
     """
 
     span_samples: int
     without_floor: tuple[Deviation, ...]
     euclidean: Deviation | None = optional()
+    plain: tuple[Deviation, ...] = optional(())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,6 +16,7 @@ from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import (
+    Deviation,
     EstimateFigures,
     KindFigures,
     OutputFigures,
@@ -193,29 +194,28 @@ class Validation:
     def _estimate(self) -> EstimateFigures | None:
         if not self.surrogate.estimates_errors:
             return None
-        signals, (estimates, errors) = self.surrogate.outputs, self._estimated()
-        outputs = [
-            deviation_of(estimates[:, index], errors[:, index], signal.name)
-            for index, signal in enumerate(signals)
-            if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
-        ]
+        signals, (estimates, errors) = self.surrogate.outputs, _estimated(self.used)
+        outputs = self._deviations(estimates, errors)
+        plain = [c.in_plain_call() for c in self.comparisons] if self.surrogate.planned else []
+        others = [c for c in plain if c is not None]
         euclidean = None
         if len(signals) > 1 and len({signal.unit for signal in signals}) == 1 and outputs:
             norms = (np.linalg.norm(values, axis=1) for values in (estimates, errors))
             euclidean = deviation_of(*norms)
         return EstimateFigures(
             span_samples=self.surrogate.estimated_samples,
-            without_floor=tuple(outputs),
+            without_floor=outputs,
             euclidean=euclidean,
+            plain=self._deviations(*_estimated(others)) if others else (),
         )
 
-    def _estimated(self) -> tuple[FloatArray, FloatArray]:
-        """Return all scored estimates, and the true errors, (N, n_outputs) each."""
-        chosen = [c for c in self.used if c.estimate is not None]
-        errors = np.concatenate([c.true_error for c in chosen])
-        estimates = np.concatenate([c.estimate for c in chosen if c.estimate is not None])
-        scored = ~np.isnan(errors).any(axis=1)
-        return estimates[scored], errors[scored]
+    def _deviations(self, estimates: FloatArray, errors: FloatArray) -> tuple[Deviation, ...]:
+        """Return how far estimates are off the true errors, (N, n_outputs) each, by output."""
+        return tuple(
+            deviation_of(estimates[:, index], errors[:, index], signal.name)
+            for index, signal in enumerate(self.surrogate.outputs)
+            if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
+        )
 
     def _bound(self) -> BoundFigures | None:
         """Return how far bound and domain can be trusted; None without a bound."""
@@ -310,6 +310,15 @@ def _covered(comparisons: Sequence[Comparison]) -> Covered:
         coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()),
         untrusted=domain_figures([trust for _, trust in pairs]).untrusted,
     )
+
+
+def _estimated(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:
+    """Return all scored estimates, and the true errors, (N, n_outputs) each."""
+    chosen = [c for c in comparisons if c.estimate is not None]
+    errors = np.concatenate([c.true_error for c in chosen])
+    estimates = np.concatenate([c.estimate for c in chosen if c.estimate is not None])
+    scored = ~np.isnan(errors).any(axis=1)
+    return estimates[scored], errors[scored]
 
 
 def _joined(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

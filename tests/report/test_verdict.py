@@ -139,7 +139,8 @@ def test_error_of_records_is_that_of_both_calls() -> None:
 def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     bound = {"confidence": 0.95, "outputs": [{"coverage": 0.956, "width": 0.61},
                                              {"coverage": 0.941, "width": None}]}  # fmt: skip
-    estimate = {"without_floor": [{"mean": 0.4, "constant_mean": 0.6}]}
+    deviations = [{"mean": 0.4, "constant_mean": 0.6}]
+    estimate = {"without_floor": deviations, "plain": [{"mean": 0.51, "constant_mean": 0.57}]}
     timing = {"fmu_step_us": 5.0, "speedup": 240.0}
     outputs = [{"relative_rmse": 0.01}]
     measured = {
@@ -157,6 +158,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     assert "1 % at the corners of the inputs' ranges" in text
     assert "of 95 % covers 94.1 % to 95.6 % of the samples. On average it is up to 0.61" in text
     assert "differs from the true error by 40 %; the best constant estimate would" in text
+    assert "differ by 60 %. In the plain call, these are 51 % and 57 %." in text
     assert "240 times as long" in text
     assert "1 to 3 times the amplitude: 0.4 %" in text
     assert "Other kinds of input that were measured: 0.4 %" in text

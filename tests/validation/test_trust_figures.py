@@ -300,6 +300,13 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     ahead = replace(found, surrogate=other).figures()
     assert [output.coverage for output in ahead.error_bound.outputs] == [1.0, 1.0]
     assert ahead.error_bound.plain == Covered(coverage=(0.0, 1.0))
+    with_estimate = validation(*found.comparisons)
+    (own,) = with_estimate.surrogate.inputs
+    moves = replace(own, hold="first_order")
+    other = replace(with_estimate.surrogate, inputs=(moves,), forecast=planned)
+    of_known = replace(with_estimate, surrogate=other).figures().error_estimate
+    assert of_known.plain == estimated.without_floor != of_known.without_floor
+    assert estimated.plain == ()  # there, the first figures are those of the plain call
 
 
 @pytest.mark.parametrize("more", [{"amplitude": (1.0, 3.0)}, {"held_out": True}])

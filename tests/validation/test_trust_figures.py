@@ -97,7 +97,7 @@ def test_rows_of_estimates_have_the_constant_next_to_them() -> None:
     table = estimate_table({"in range": figures})
     heading, (first, second, norm) = table.heading, table.rows
     assert len(heading) == len(first)
-    assert heading[4:6] == ("the best constant: mean", "95 % within")
+    assert heading[4:6] == ("the best constant: mean", "the best constant: 95 % within")
     assert [row[:2] for row in (first, second, norm)] == [
         ("in range", name) for name in ("y0", "y1", "norm of the outputs")
     ]

@@ -14,9 +14,15 @@ from fmpy.simulation import apply_start_values, settable_in_instantiated
 from slide_fmu.apps.couple.options import WHOLE
 from slide_fmu.apps.couple.structure import CoupledSystem, Course
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import ImportedSlave
+from slide_fmu.cosim.importer import ImportedSlave, ValueReader
 from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.description.variables import AT_STEP_END, INITIAL, PREHISTORY_KNOWN
+from slide_fmu.fmu.description.variables import (
+    AT_STEP_END,
+    BY_KEY,
+    INITIAL,
+    PREHISTORY_KNOWN,
+    REFERENCES_PER_KIND,
+)
 
 Inputs = Literal["held", "reached", "sloped", "forecast"]
 """How a component takes inputs: constant over a step; moving to the value that is set, which they
@@ -53,7 +59,8 @@ class Component:
         slave: the instance.
         description: fmpy's model description.
         linked: linked inputs, whose values are set before each step.
-        outputs: variables whose values are read behind each step.
+        outputs: sources of links, whose values are read behind each step that is tried.
+        watched: other variables, real or Boolean, that are read once a step is taken.
         courses: values over time of other inputs.
         inputs: how it takes inputs.
         nodes: where it stops in each step, to find the mean of its outputs.
@@ -65,6 +72,7 @@ class Component:
     description: Any
     linked: Sequence[str]
     outputs: Sequence[str]
+    watched: Sequence[str]
     courses: Sequence[tuple[int, Course]]
     inputs: Inputs
     nodes: Nodes = WHOLE_STEP
@@ -75,12 +83,16 @@ class Component:
         self._linked = [references[name] for name in self.linked]
         self._set = [*self._linked, *(reference for reference, _ in self.courses)]
         self._read = [references[name] for name in self.outputs]
+        types = {v.name: v.type for v in self.description.modelVariables}
+        watched = [references[name] for name in self.watched]
+        self._watch = ValueReader(watched, [types[name] for name in self.watched])
         kind = self.description.coSimulation
         self.rolls_back = bool(getattr(kind, "canGetAndSetFMUstate", False))
         self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
         self.ours = is_ours(self.description)
         self._slopes_up_to = 0.0  # s
-        if self.ours and kind.providesDirectionalDerivative:
+        plain = all(r // REFERENCES_PER_KIND == BY_KEY["OUTPUT"].number for r in self._read)
+        if self.ours and plain and kind.providesDirectionalDerivative:
             self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
 
@@ -179,6 +191,10 @@ class Component:
             )
         return np.array(values, dtype=np.float64)
 
+    def watch(self) -> list[float]:
+        """Return the values of the watched variables; a Boolean is 0 or 1."""
+        return self._watch(self.slave) if self.watched else []
+
     def _slopes(self) -> FloatArray:
         """Return the derivatives of the outputs by the linked inputs, (n_outputs, n_linked)."""
         ask = self.slave.calls.getDirectionalDerivative
@@ -217,9 +233,16 @@ def is_ours(description: Any) -> bool:
 
 
 def opened(
-    system: CoupledSystem, name: str, slave: ImportedSlave, inputs: Inputs, outputs: Sequence[str]
+    system: CoupledSystem,
+    name: str,
+    slave: ImportedSlave,
+    inputs: Inputs,
+    read: tuple[Sequence[str], Sequence[str]],
 ) -> Component:
-    """Return a component in initialization mode, with the start values that users have given."""
+    """Return a component in initialization mode, with the start values that users have given.
+
+    ``read`` are its outputs and what is watched, as in ``Component``.
+    """
     description = system.descriptions[name]
     linked = [link.target.variable for link in system.links if link.target.component == name]
     courses = [
@@ -242,7 +265,7 @@ def opened(
             f"component {name!r}: {sorted(left)} cannot be set before the start; expected "
             "parameters or inputs"
         )
-    return Component(name, slave, description, linked, outputs, courses, inputs)
+    return Component(name, slave, description, linked, *read, courses, inputs)
 
 
 def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:

@@ -25,13 +25,15 @@ TURNS = 8
 
 
 class Taken(NamedTuple):
-    """A Taken has communication points in s, (N,), with outputs (N, n_outputs) and linked inputs
-    (N, n_links) at them, the iterations of each step, the number of rejected steps, and words on
-    inputs that zigzag at the end, which are empty if none do."""
+    """A Taken has communication points in s, (N,), with outputs (N, n_outputs), linked inputs
+    (N, n_links) and watched variables (N, n_watched) at them, the iterations of each step, the
+    number of rejected steps, and words on inputs that zigzag at the end, which are empty if none
+    do."""
 
     time: FloatArray
     outputs: FloatArray
     inputs: FloatArray
+    watched: FloatArray
     iterations: list[int]
     rejected: int
     zigzag: str
@@ -63,7 +65,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     if control.kind is not None:
         _require_states(loop)
     count = round(control.stop / control.step)
-    times, outputs, inputs = [0.0], [loop.outputs], [loop.inputs]
+    times, outputs, inputs, watched = [0.0], [loop.outputs], [loop.inputs], [loop.watch()]
     iterations, rejected, halvings = [], 0, 0
     progress(0, count)
     place, one = 0, 1 << MOST_HALVINGS  # time in parts of the shortest step
@@ -88,12 +90,16 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
         times.append(place / one * control.step)
         outputs.append(loop.outputs)
         inputs.append(loop.inputs)
+        watched.append(loop.watch())
         if halvings and error < EASY * control.error and place % (2 * width) == 0:
             halvings -= 1
         if place % one == 0:
             progress(place // one, count)
-    rows = np.array(outputs), np.array(inputs).reshape(len(times), -1)
-    return Taken(np.array(times), *rows, iterations, rejected, zigzag(loop, method, inputs))
+    rows = (np.array(values).reshape(len(times), -1) for values in (outputs, inputs, watched))
+    all_outputs, all_inputs, all_watched = rows
+    words = zigzag(loop, method, inputs)
+    every = np.array(times), all_outputs, all_inputs, all_watched
+    return Taken(*every, iterations, rejected, words)
 
 
 def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:

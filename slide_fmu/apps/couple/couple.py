@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, opened
-from slide_fmu.apps.couple.control import Control, run_steps
+from slide_fmu.apps.couple.control import Control, Taken, run_steps
 from slide_fmu.apps.couple.exchange import fixed_step
 from slide_fmu.apps.couple.initialization import initialized, instance_of
 from slide_fmu.apps.couple.loop import Loop
@@ -28,6 +28,9 @@ from slide_fmu.apps.couple.structure import (
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.variables import BY_KEY, REFERENCES_PER_KIND
+
+BEYOND = 1e-3
+"""Part of the range of an input by which it may be exceeded without a remark."""
 
 
 def couple(  # noqa: PLR0913 - its options are the keywords that users read
@@ -63,7 +66,7 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
         method: ``"newton"`` (the default), ``"fixed_point"``, ``"gauss_seidel"`` or ``"jacobi"``.
         extrapolation: of explicit steps: ``"linear"`` (the default) or ``"zero"``.
         tolerance: difference at which implicit steps end, as a part of the size of an input;
-            1e-4 by default.
+            1e-5 by default.
         iterations: largest number of iterations of an implicit step; 20 by default.
         control: ``"predictor"`` or ``"halving"``; None (the default) keeps all steps.
         error: largest error of controlled steps, likewise; 1e-3 by default.
@@ -107,7 +110,8 @@ def run_coupled(
             taken: Inputs = inputs_of(system, name, plain)
             taken = "reached" if name in options.moving else taken
             slave = stack.enter_context(instance_of(system, name))
-            components.append(opened(system, name, slave, taken, _outputs(system, name, recorded)))
+            read = _sources(system, name), _watched(system, name, recorded)
+            components.append(opened(system, name, slave, taken, read))
         loop, remarks = initialized(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
@@ -117,7 +121,8 @@ def run_coupled(
         for one in components:
             one.slave.terminate()
     remarks += [*_on_short_steps(system, options), *([run.zigzag] if run.zigzag else [])]
-    values = _values(system, loop, recorded, run.time, (run.outputs, run.inputs))
+    remarks += _on_ranges(system, run)
+    values = _values(system, loop, recorded, run)
     units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
     figures = CoupledFigures(
         options.method,
@@ -152,6 +157,12 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
         if own is None:
             continue
         count = options.step / own
+        if options.control is not None and round(count) == 1:
+            raise ValueError(
+                f"control = {options.control!r} halves steps of {options.step:g} s; "
+                f"component {name!r} takes none shorter than {own:g} s: choose 2, 4, 8 ... times "
+                "as much, or leave control out"
+            )
         if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
             raise ValueError(
                 f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
@@ -178,6 +189,26 @@ def _on_short_steps(system: CoupledSystem, options: CouplingOptions) -> list[str
     ]
 
 
+def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
+    """Say which linked inputs left the ranges that their FMUs declare, a sentence each."""
+    found = []
+    for link, values in zip(system.links, run.inputs.T, strict=True):
+        variable = system.variable(link.target)
+        if variable.min is None or variable.max is None:
+            continue
+        low, high = float(variable.min), float(variable.max)
+        outside = np.maximum(low - values, values - high) > BEYOND * (high - low)
+        if outside.any():
+            farthest = values[np.argmax(np.abs(values - 0.5 * (low + high)))]
+            found.append(
+                f"{link.target} leaves its range {low:g} .. {high:g} at "
+                f"{run.time[np.argmax(outside)]:.6g} s, and reaches {farthest:.3g}: results from "
+                "then on may be wrong; if it grows on and on, take shorter steps or an implicit "
+                "method"
+            )
+    return found
+
+
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:
     """Return the variables whose values are in the result."""
     if options.record is not None:
@@ -200,34 +231,31 @@ def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
     return [one for one in names if references[one] // REFERENCES_PER_KIND == number]
 
 
-def _outputs(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[str]:
-    """Return the variables of a component that are read: sources of links, and recorded ones."""
-    inputs = {link.target for link in system.links} | set(system.courses)
-    pins = [link.source for link in system.links] + [p for p in recorded if p not in inputs]
+def _sources(system: CoupledSystem, name: str) -> list[str]:
+    """Return the outputs of a component that links start from."""
+    pins = [link.source for link in system.links]
     return list(dict.fromkeys(pin.variable for pin in pins if pin.component == name))
 
 
+def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[str]:
+    """Return what else of a component is in the result."""
+    known = {link.target for link in system.links} | set(system.courses)
+    known |= {link.source for link in system.links}
+    return [pin.variable for pin in recorded if pin.component == name and pin not in known]
+
+
 def _values(
-    system: CoupledSystem,
-    loop: Loop,
-    recorded: Sequence[Pin],
-    times: FloatArray,
-    rows: tuple[FloatArray, FloatArray],
+    system: CoupledSystem, loop: Loop, recorded: Sequence[Pin], run: Taken
 ) -> dict[str, FloatArray]:
     """Return what is recorded, by name, (N,) each."""
-    outputs, inputs = rows
-    of_outputs = {
-        Pin(one.name, name): part.start + i
-        for one, part in zip(loop.components, loop.parts, strict=True)
-        for i, name in enumerate(one.outputs)
+    every = loop.components
+    outputs = {Pin(one.name, name): None for one in every for name in one.outputs}
+    watched = {Pin(one.name, name): None for one in every for name in one.watched}
+    inputs = {link.target: None for link in system.links}
+    columns = {
+        **dict(zip(outputs, run.outputs.T, strict=True)),
+        **dict(zip(watched, run.watched.T, strict=True)),
+        **dict(zip(inputs, run.inputs.T, strict=True)),
+        **{pin: np.array([course(t) for t in run.time]) for pin, course in system.courses.items()},
     }
-    of_links = {link.target: i for i, link in enumerate(system.links)}
-    found = {}
-    for pin in recorded:
-        if pin in system.courses:
-            found[str(pin)] = np.array([system.courses[pin](t) for t in times])
-        elif pin in of_links:
-            found[str(pin)] = inputs[:, of_links[pin]]
-        else:
-            found[str(pin)] = outputs[:, of_outputs[pin]]
-    return found
+    return {str(pin): columns[pin] for pin in recorded}

@@ -187,6 +187,10 @@ class Loop:
         for k, state in states.items():
             self.components[k].slave.free_state(state)
 
+    def watch(self) -> list[float]:
+        """Return the values of all watched variables at the present time."""
+        return [value for one in self.components for value in one.watch()]
+
     def mark(self) -> tuple[object, ...]:
         """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""
         return self.outputs, self.inputs, list(self.solved), self.last_change

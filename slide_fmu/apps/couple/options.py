@@ -33,7 +33,7 @@ class CouplingOptions:
     stop: float
     method: str = "newton"
     extrapolation: str = "linear"
-    tolerance: float = 1e-4
+    tolerance: float = 1e-5
     iterations: int = 20
     control: str | None = None
     error: float = 1e-3

@@ -18,6 +18,9 @@ from slide_fmu.fmu.export import FmuError
 REALS = ("Real", "Float64")
 """Types of variables that can be connected."""
 
+BOOLEAN = "Boolean"
+"""Type of flags, which can be recorded."""
+
 Course = Callable[[float], float]
 """The value of an input, in its unit, at a time in s."""
 
@@ -58,12 +61,16 @@ class CoupledSystem:
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     courses: Mapping[Pin, Course] = field(default_factory=dict)
 
-    def names(self, component: str, *causalities: str) -> list[str]:
-        """Return the real scalars of a component that have one of the causalities."""
+    def names(self, component: str, *causalities: str, flags: bool = False) -> list[str]:
+        """Return the real scalars of a component that have one of the causalities.
+
+        With ``flags``, its Boolean variables too.
+        """
+        types = (*REALS, BOOLEAN) if flags else REALS
         return [
             v.name
             for v in self.descriptions[component].modelVariables
-            if v.causality in causalities and v.type in REALS and not v.dimensions
+            if v.causality in causalities and v.type in types and not v.dimensions
         ]
 
     def variable(self, pin: Pin) -> Any:
@@ -129,7 +136,7 @@ def _description(name: str, path: Path) -> Any:
     return found
 
 
-def _pin(system: CoupledSystem, text: str, *causalities: str) -> Pin:
+def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = False) -> Pin:
     """Find the variable that a text ``COMPONENT.VARIABLE`` names."""
     name, dot, variable = text.partition(".")
     if name not in system.paths or not dot:
@@ -139,7 +146,7 @@ def _pin(system: CoupledSystem, text: str, *causalities: str) -> Pin:
         )
     all_ = causalities or ("parameter", "input", "structuralParameter", "local", "output")
     known = (
-        system.names(name, *all_)
+        system.names(name, *all_, flags=flags)
         if causalities
         else [v.name for v in system.descriptions[name].modelVariables]
     )
@@ -168,8 +175,8 @@ def default_step(system: CoupledSystem) -> float:
 
 
 def recorded_pin(system: CoupledSystem, name: str) -> Pin:
-    """Return the real scalar that a text ``COMPONENT.VARIABLE`` names."""
-    return _pin(system, name, "output", "input", "local", "parameter", "independent")
+    """Return the real scalar or Boolean that a text ``COMPONENT.VARIABLE`` names."""
+    return _pin(system, name, "output", "input", "local", "parameter", "independent", flags=True)
 
 
 def _require_one_source(links: Sequence[Link], courses: Iterable[Pin]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import slide_fmu as slide
@@ -37,3 +38,27 @@ def test_derivatives_of_two_surrogates_in_a_circle_meet_in_few_iterations(tmp_pa
         expected = 1 + 0.5 * run[f"{a}.position"][1:]
         assert run[f"{b}.force"][1:] == pytest.approx(expected, rel=1e-3, abs=1e-6)
     assert run.figures.iterations <= 3
+
+
+def test_bound_and_flags_are_recorded_with_derivatives(tmp_path: Path) -> None:
+    """They are read behind steps that are taken, and derivatives are those of links alone."""
+    known = ("position_error_bound", "trusted", "in_domain", "position", "force")
+    names = [f"osc.{name}" for name in known]
+    links = [("osc.position", "gain.u"), ("gain.y", "osc.force")]
+    fmus = {"osc": DUFFING, "gain": write_gain(tmp_path)}
+    run = slide.couple(fmus, links, step=0.03, stop=6.0, record=names)
+    assert list(run.values) == names
+    assert run.figures.iterations <= 3
+    assert set(run["osc.trusted"]) | set(run["osc.in_domain"]) <= {0.0, 1.0}
+    assert run["osc.trusted"][-1] == run["osc.in_domain"][-1] == 1.0
+    assert np.all(run["osc.position_error_bound"][1:] > 0)
+
+
+def test_input_that_leaves_its_range_is_remarked(tmp_path: Path) -> None:
+    links = [("gain.y", "osc.force")]
+    fmus = {"gain": write_gain(tmp_path), "osc": DUFFING}
+    run = slide.couple(fmus, links, step=0.03, stop=0.3, inputs={"gain.u": lambda t: 1e5 * t})
+    (remark,) = [one for one in run.figures.remarks if "leaves its range" in one]
+    assert remark.startswith("osc.force leaves its range -1000 .. 1000 at 0.06 s, and reaches 1.")
+    near = slide.couple(fmus, links, step=0.03, stop=0.3, inputs={"gain.u": lambda t: 1e3 * t})
+    assert not [one for one in near.figures.remarks if "leaves its range" in one]

@@ -101,8 +101,7 @@ class ModelEquations:
         except SimulationError as error:
             raise SimulationError(
                 f"{'; '.join([*trouble, str(error)])}; expected motions that stay finite: check "
-                'f; choose method = "LSODA" if the system is stiff; and where f jumps, as sign(v) '
-                "does, make it smooth, such as tanh(v / 0.001)"
+                'f, take method = "LSODA" if it is stiff, and tanh(v / 1e-3) in place of sign(v)'
             ) from error
 
     def rest(self, start: FloatArray, u: FloatArray, sizes: FloatArray) -> FloatArray | None:

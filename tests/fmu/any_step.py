@@ -38,7 +38,6 @@ NAMES = ["block", "one_sample", "cell", "ages", "long_span", "director", "gated"
 PATTERNS: dict[str, list[float]] = {
     "six_tenths": [0.6],
     "quarter": [0.25],
-    "halves": [0.5],
     "halves_and_more": [0.5, 0.5, 1, 2, 0.5, 0.5, 0.5, 1, 1.5, 0.75, 0.25, 14, 0.5],
     "switching": [1, 1, 1, 0.6, 0.6, 1, 1, 2, 0.35, 3, 1],
     "first_is_odd": [0.6, *[1] * 30, 2],

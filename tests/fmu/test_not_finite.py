@@ -108,23 +108,6 @@ def test_features_that_are_not_finite_are_refused(load: Load, cell: CellShape | 
     assert np.all(np.isfinite(native.get(2, 3)))
 
 
-def test_failed_half_step_leaves_what_is_aside(load: Load) -> None:
-    """The second half goes on from the sample before the first one, also when tried again."""
-    surrogate = random_surrogate(Shape(cell=CellShape(), hold="first_order"))
-    network = surrogate.network
-    assert isinstance(network, StateSpace)
-    steep = dataclasses.replace(network.cell, b=1000 * network.cell.b)
-    network = StateSpace(steep, network.n_samples, network.n_out, network.features)
-    native = load(dataclasses.replace(surrogate, network=network)).instance().start()
-    for row in (0.1, 0.2, -0.3):
-        native.step(row)
-    assert native.do_step(3 * STEP, 0.5 * STEP) == OK
-    native.set(3e38)
-    before = future(native, 3.5 * STEP, (1.0,), 2)
-    assert native.do_step(3.5 * STEP, 0.5 * STEP) == ERROR
-    assert future(native, 3.5 * STEP, (1.0,), 2) == before
-
-
 @pytest.mark.parametrize("length", [2 * STEP, 2.5 * STEP, 9 * STEP])
 def test_failed_step_leaves_no_trace(load: Load, length: float) -> None:
     """Two samples of the largest float sum to infinity; a bad first step is undone as well."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.cosim.simulate import simulate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -161,39 +160,6 @@ def test_step_of_a_broken_length_knows_the_new_parameters_alone(
     expected = pytest.approx(other.step(rows[0], parts[-1]), abs=1e-4 if len(parts) > 1 else SAME)
     assert run.step(rows[0], parts[-1]) == expected
     assert run.get(PARAMETERS_SETTLED) == 1
-
-
-@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
-def test_step_goes_on_from_nothing_that_knows_former_parameters(load: Load, hold: Hold) -> None:
-    """A whole step lies between the change and the half step that could go on."""
-    loaded = load(random_surrogate(replace(SHAPE, hold=hold)))
-    run, other, rows = Run(loaded, 2), Run(loaded, 2), inputs(30)
-    assert other.set(**GIVEN) == OK
-    for one in (run, other):
-        one.native.start()
-        for row in rows:
-            one.step(row)
-        one.step(rows[1], 0.5)
-    assert run.set(**GIVEN) == OK
-    for length in (1.0, 0.5):
-        found, expected = (one.step(rows[2], length) for one in (run, other))
-    assert found == pytest.approx(expected, abs=1e-4)
-    assert run.get(PARAMETERS_SETTLED) == 1
-
-
-def test_half_steps_count_on_since_parameters_changed(load: Load) -> None:
-    """What is seen at samples counts from the change on, what is seen between them is anew."""
-    loaded = load(random_surrogate(SHAPE))
-    run, memory = Run(loaded, 2), loaded.surrogate.network.memory_length
-    run.native.start()
-    for row in inputs(30):
-        run.step(row)
-    assert run.set(**GIVEN) == OK
-    settled = []
-    for row, length in zip(inputs(5), (1.0, 0.5, 0.5, 0.5, 0.5), strict=True):
-        run.step(row, length)
-        settled.append(run.get(PARAMETERS_SETTLED) * memory)
-    assert settled == pytest.approx([1, memory, 2, memory, 3])
 
 
 @both_standards

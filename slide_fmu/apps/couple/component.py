@@ -91,8 +91,8 @@ class Component:
         self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
         self.ours = is_ours(self.description)
         self._slopes_up_to = 0.0  # s
-        plain = all(r // REFERENCES_PER_KIND == BY_KEY["OUTPUT"].number for r in self._read)
-        if self.ours and plain and kind.providesDirectionalDerivative:
+        known = kind.providesDirectionalDerivative and all(map(is_trained, self._read))
+        if self.ours and known:
             self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
 
@@ -225,6 +225,11 @@ class Component:
             pairs = {PREHISTORY_KNOWN: 1.0, **first}
             self.slave.set_real([names[name] for name in pairs], list(pairs.values()))
         self.slave.exit_initialization()
+
+
+def is_trained(reference: int) -> bool:
+    """Return whether a value reference of an FMU of slide-fmu is that of a trained output."""
+    return reference // REFERENCES_PER_KIND == BY_KEY["OUTPUT"].number
 
 
 def is_ours(description: Any) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, opened
+from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, is_trained, opened
 from slide_fmu.apps.couple.control import Control, Taken, run_steps
 from slide_fmu.apps.couple.exchange import fixed_step
 from slide_fmu.apps.couple.initialization import initialized, instance_of
@@ -27,7 +27,6 @@ from slide_fmu.apps.couple.structure import (
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.variables import BY_KEY, REFERENCES_PER_KIND
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""
@@ -226,9 +225,8 @@ def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
     names = system.names(name, "output")
     if not is_ours(description):
         return names
-    number = BY_KEY["OUTPUT"].number
     references = {v.name: v.valueReference for v in description.modelVariables}
-    return [one for one in names if references[one] // REFERENCES_PER_KIND == number]
+    return [one for one in names if is_trained(references[one])]
 
 
 def _sources(system: CoupledSystem, name: str) -> list[str]:

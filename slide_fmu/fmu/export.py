@@ -15,7 +15,7 @@ from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.file_kinds import file_of_another_kind
 from slide_fmu.core.files import write_zip
 from slide_fmu.core.zip_directory import open_archive
-from slide_fmu.fmu.attachments.files import attached_files
+from slide_fmu.fmu.attachments.files import LICENSES, attached_files
 from slide_fmu.fmu.description.fmi2 import TOOL, guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.hashes import HASHES, hash_list
@@ -174,6 +174,11 @@ def read_fmu(path: Path) -> tuple[Surrogate, Provenance | None]:
             raise FmuError(
                 f"{path} has no {SURROGATE}, which holds the surrogate; expected it in every FMU "
                 f"of slide-fmu; {REMEDY}"
+            )
+        if read_member(path, f"{LICENSES}/slide-fmu.txt") is not None:
+            raise FmuError(
+                f"{path} was written by slide-fmu reference and holds no surrogate; expected the "
+                "FMU of one: make it of the same model (slide-fmu init, then slide-fmu run)"
             )
         by = "" if tool is None else f" but by {tool!r}"
         raise FmuError(

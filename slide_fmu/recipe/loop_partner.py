@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 
+from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import NO_UNIT
@@ -58,10 +59,18 @@ def own_partner(
     input = next(signal for signal in system.inputs if signal.name == loop.input)
     ranges = tuple((loop.ranges or {}).items())
     # systems hold a state, so two threads or processes must not step the same one
-    at = os.getpid(), threading.get_ident()
+    at = os.getpid(), threading.get_ident(), _written(str(loop.partner))
     return _made(
         str(loop.partner), loop.through, ranges, tuple(values), (output, input), system.step, at
     )
+
+
+def _written(model: str) -> int:
+    """Return when the file of a model was written, in ns; 0 where none can be found."""
+    try:
+        return find_file(model).stat().st_mtime_ns
+    except (AmbiguousFileError, OSError):
+        return 0
 
 
 @lru_cache(maxsize=KEPT)
@@ -72,9 +81,12 @@ def _made(
     values: tuple[tuple[str, float], ...],
     ends: tuple[Signal, Signal],
     step: float,
-    at: tuple[int, int],
+    at: tuple[int, int, int],
 ) -> OwnPartner:
-    """Make a partner; ``ends`` are the output that acts on it, and the input that it gives."""
+    """Make a partner; ``ends`` are the output that acts on it, and the input that it gives.
+
+    ``at`` are process, thread and version of the file, which a kept partner is made for.
+    """
     label = f"partner {model!r}"
     with _named(label):
         found = describe_model(model)

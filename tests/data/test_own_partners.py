@@ -123,6 +123,9 @@ def test_change_of_a_partner_is_a_change_of_the_data(tmp_path: Path) -> None:
     heavy = {**body(tmp_path), "ranges": {"m": (50.0, 60.0)}}
     assert not same_motion(before, identity(case.source, recipe_of(loop=heavy)))
     assert same_motion(before, identity(case.source, case.recipe))
+    place = tmp_path / "body.py"
+    place.write_text(place.read_text("utf-8").replace('"m": 5.0', '"m": 50.0'), encoding="utf-8")
+    assert not same_motion(before, identity(case.source, case.recipe))
 
 
 @pytest.mark.parametrize(

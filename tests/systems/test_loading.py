@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
@@ -15,6 +16,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, describe_model, load_system
+from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
@@ -109,6 +111,31 @@ def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
 def test_data_of_a_class_do_not_depend_on_its_picture() -> None:
     drawn = tiny_recipe(system={"kind": "class", "picture": "mbs_models.pictures:draw"})
     assert data_fingerprint(drawn) == data_fingerprint(tiny_recipe())
+
+
+def test_model_file_that_was_rewritten_is_read_again_in_the_same_process(tmp_path: Path) -> None:
+    path = tmp_path / "gain.py"
+    found = []
+    for factor in (2.0, 3.0):
+        path.write_text(GAIN.format(factor=factor), encoding="utf-8")
+        system = load_system(Specification(str(path), {}, 0.1, kind="function"))
+        found.append(float(simulate(system, np.ones((5, 1))).outputs[-1, 0]))
+    assert found == [2.0, 3.0]
+
+
+GAIN = """
+inputs = {{"u": {{"unit": "1", "range": [-1.0, 1.0]}}}}
+outputs = {{"y": {{"unit": "1", "range": [-9.0, 9.0]}}}}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [u[0] - x[0]]
+
+
+def g(x, u, p):
+    return [{factor} * u[0]]
+"""
 
 
 def test_class_without_a_step_is_refused_where_it_is_described(tmp_path: Path) -> None:

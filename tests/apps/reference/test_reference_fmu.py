@@ -19,6 +19,7 @@ from slide_fmu.apps.reference.side_by_side import write_reference
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.cosim.run import instantiated, run_fmu, unpacked
+from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
 from slide_fmu.systems.errors import LoadError
@@ -108,6 +109,12 @@ def test_it_starts_at_rest_under_the_first_input(name: str, tmp_path: Path) -> N
         found = run(slave, np.full((20, 1), first), system.step)
     expected = system.rest_state(np.array([first])).coordinates
     assert np.max(np.abs(found - expected)) < SAME
+
+
+def test_commands_about_surrogates_say_what_a_reference_fmu_is(tmp_path: Path) -> None:
+    path = write_reference_fmu(Specification(dotted(MODELS[0]), {}), tmp_path / "reference.fmu")
+    with refused(FmuError, "written by slide-fmu reference", "slide-fmu init"):
+        read_fmu(path)
 
 
 def test_reference_fmu_is_simulated_by_fmpy(tmp_path: Path) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.state_space.cell import simulate
 from slide_fmu.fitting.state_space.fit import begun_with
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.fitting.state_space.penalties import Prior
+from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.cells import plain, random_theta
@@ -76,6 +77,19 @@ def test_fit_from_a_known_network_learns_the_parameter(tmp_path: Path, known: St
             errors.append(float(np.sqrt(np.mean(error**2) / np.mean(rest**2))))
         assert errors[0] < 0.02
         assert errors[0] < 0.2 * errors[1]
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_only_measured_data_hold_the_known_weights(
+    tmp_path: Path, known: StateSpace, simulated: bool
+) -> None:
+    """Weights that are held share the iterations among several strengths."""
+    eigenvalues = np.array([-0.1 + 0.8j]) if simulated else None
+    problem = replace(parametric_problem(tmp_path), start=known, eigenvalues=eigenvalues)
+    fit(problem, {}, iterations=8)
+    runs = read_checkpoint(problem.checkpoint, torch.device("cpu"))
+    held = {name for name in runs if "prior" in name}
+    assert (not held, len(runs)) == ((True, 1) if simulated else (False, len(STRENGTHS)))
 
 
 def test_coefficients_of_terms_are_held_like_the_constant_ones() -> None:

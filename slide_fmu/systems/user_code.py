@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.machinery
-import importlib.util
 import os
 import sys
 import traceback
@@ -134,15 +133,12 @@ def _is_users(filename: str) -> bool:
 
 def _module_of_file(path: Path) -> ModuleType:
     """Run a file as a module of its own, once in every process and again where it has changed."""
-    content = path.read_bytes()
-    number = zlib.crc32(content, zlib.crc32(str(path).encode()))
+    number = zlib.crc32(content := path.read_bytes(), zlib.crc32(str(path).encode()))
     name = f"slide_fmu_model_{number:x}_{path.stem}"
     if name in sys.modules:
         return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    module = sys.modules[name] = ModuleType(name)
+    module.__file__ = str(path)
     try:
         # Python's own loader would take what it compiled of a former file of the same second
         exec(compile(content, path, "exec"), vars(module))

@@ -283,19 +283,16 @@ class MultiStart:
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, and return the best result by validation.
 
-        Measured data have a prior on its weights that becomes weaker. Simulated data, whose system
-        has known eigenvalues, need none: they have no noise, and there are enough of them.
+        Measured data have a prior on its weights that becomes weaker. Simulated ones need none.
         """
-        if self.problem.eigenvalues is not None:
+        if self.problem.eigenvalues is not None:  # simulated, without noise
             return self.refine(candidate)
-        shape, theta = candidate.shape, candidate.state.best
-        least_squares = self.data.least_squares(shape, self.data.whole)
-        found = [Candidate(shape, Iterate.begin(theta, least_squares))]
-        iterations = max(1, self.training.iterations // len(STRENGTHS))
+        shape, theta, whole = candidate.shape, candidate.state.best, self.data.whole
+        found = [Candidate(shape, Iterate.begin(theta, self.data.least_squares(shape, whole)))]
+        most = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
-            last, name = found[-1].state.theta, f"refined, prior {strength:g}"
-            prior = Prior.around(shape, theta, strength)
-            found.append(self.run(name, shape, last, self.data.whole, iterations, prior))
+            last, prior = found[-1].state.theta, Prior.around(shape, theta, strength)
+            found.append(self.run(f"refined, prior {strength:g}", shape, last, whole, most, prior))
         return min(found, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, n_units: int) -> Candidate:

@@ -141,7 +141,7 @@ def _module_of_file(path: Path) -> ModuleType:
     module.__file__ = str(path)
     try:
         # Python's own loader would take what it compiled of a former file of the same second
-        exec(compile(content, path, "exec"), vars(module))
+        exec(compile(content, path, "exec", dont_inherit=True), vars(module))
     except BaseException:
         del sys.modules[name]
         raise

@@ -133,8 +133,11 @@ def f(x, u, p):
     return [u[0] - x[0]]
 
 
-def g(x, u, p):
+def g(x, u, p) -> list:
     return [{factor} * u[0]]
+
+
+assert g.__annotations__["return"] is list  # the loader's own future statements do not act here
 """
 
 

@@ -6,6 +6,7 @@ difference of both is its own error. If it is more accurate, the difference is t
 error. So a recipe may give it more hidden units and a longer training
 (``bound.expert.companion``). Sizes that the recipe leaves open are those found for the surrogate.
 A training may end in a worse minimum, so there are several attempts (``bound.expert.attempts``).
+Where the training begins with an FMU, the companion begins with that FMU's, once.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import partial
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
+from slide_fmu.bounds.known_start import companion_start
 from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
@@ -158,11 +160,12 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
     searched = any(name.startswith(FEATURES) for name in fit.histories)
     sized = recipe if searched else fit.recipe
     found: list[tuple[float, Surrogate, History]] = []
-    for attempt in range(recipe.bound.expert.attempts):
+    known = None if work.known is None else companion_start(work.known)
+    for attempt in range(recipe.bound.expert.attempts if known is None else 1):
         stage = COMPANION if attempt == 0 else f"{COMPANION}, attempt {attempt + 1}"
         part = Part(stage, split, "validation", surrogate.output_scaling)
         case = work.case.with_recipe(sized.of_companion(attempt))
-        other = fit_network(replace(work, case=case), part)
+        other = fit_network(replace(work, case=case, known=known), part)
         history = other.histories[stage]
         error = min(history.validation_error)
         found.append((error, other.surrogate, history))

@@ -1,11 +1,14 @@
 """A training may begin with the network of an FMU: trained on a simulation, refined on a record.
 
-The network keeps its features, scalings and sizes; its window is the recipe's.
+The network keeps its features, scalings and sizes; its window is the recipe's. With an error
+bound, the companion begins with the companion of the same FMU. It must not begin with the network
+itself: it would share its errors.
 """
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.fmu.export import FmuError, Provenance, read_fmu
@@ -20,8 +23,8 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
     """Return the surrogate with which a recipe's training begins; None if it names none.
 
     Raises:
-        RecipeError: there is no such FMU, its step, inputs, outputs or network do not fit, or the
-            recipe describes another network.
+        RecipeError: there is no such FMU, its step, inputs, outputs or network do not fit, the
+            recipe describes another network, or it has an error bound and the FMU has none.
     """
     training = recipe.training
     if not isinstance(training, LeastSquaresRecipe) or training.start is None:
@@ -41,6 +44,11 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
             f"{place} has the parameters {[p.name for p in surrogate.parameters]}; expected an "
             "FMU without physical parameters"
         )
+    if recipe.bound is not None and surrogate.bound is None:
+        raise RecipeError(
+            f"{place} has no error bound; expected one, since the companion of [bound] begins "
+            "with that of this FMU: remove the table [bound] and those below it, or the key"
+        )
     found, wanted = _meaning(surrogate, surrogate.window.step), _meaning(source, source.step)
     for what, value in wanted.items():
         if found[what] != value:
@@ -49,6 +57,12 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
                 "signals the same names, units and holds, and the same step, in both"
             )
     return surrogate
+
+
+def companion_start(known: Surrogate) -> Surrogate:
+    """Return the start of the companion: a known surrogate with its companion as its network."""
+    assert known.bound is not None
+    return replace(known, network=known.bound.companion, estimator=None, bound=None)
 
 
 def start_origin(recipe: Recipe) -> Provenance:

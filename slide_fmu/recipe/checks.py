@@ -96,11 +96,11 @@ def require_bound(recipe: Recipe) -> None:
             f"[bound] with network.family = {recipe.network.family!r}; expected 'state_space': "
             f"choose it, or {remedy}"
         )
-    start = getattr(recipe.training, "start", None)
-    if start is not None:
+    start, size = getattr(recipe.training, "start", None), recipe.bound.expert.companion.hidden
+    if start is not None and size is not None:
         raise ValueError(
-            f"[bound] with training.start = {start!r}; expected none: the companion would begin "
-            f"with the same network, and share its errors: {remedy}, or the key"
+            f"bound.expert.companion.hidden = {size} with training.start = {start!r}; expected "
+            "none: the companion goes on with that of this FMU as it is: remove the key"
         )
     _require_further(recipe.bound)
     if recipe.bound.estimate_span is not None and recipe.estimator is not None:

@@ -249,7 +249,8 @@ class LeastSquaresRecipe(Table):
         start: path of an FMU of slide-fmu whose network the training begins with: for example one
             that was learnt from a simulation and is refined on a record, or at one value of
             physical parameters and is to follow them. Then there is no search, and the FMU gives
-            the table ``network`` except for ``parameter_degree``.
+            the table ``network`` except for ``parameter_degree``. With an error bound, the
+            companion begins with the companion of that FMU.
         expert: settings for users who know the method.
     """
 

@@ -19,6 +19,7 @@ from seeds import CHOSEN_MOTIONS
 
 from slide_fmu.apps.motion import MotionError, MoveTask, coordinates_of, read_task
 from slide_fmu.apps.motion.calibration import random_task
+from slide_fmu.apps.motion.margin import margins_of
 from slide_fmu.apps.motion.solve import Solved, answer, factor_of, problem_of, reference_of, solve
 from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages, quiet
@@ -65,7 +66,8 @@ def both_ways(fmu: Path, task: MoveTask) -> dict[str, Any]:
                 solved = solve(fmu, task, verify=True)
                 seconds = time.process_time() - begin
             else:
-                problem = problem_of(released, task, factor_of(task, provenance))
+                margins = margins_of(released, provenance, factor_of(task, provenance))
+                problem = problem_of(released, task, margins)
                 chosen = answer(problem, task)
                 seconds = time.process_time() - begin
                 true = chosen.response.verified_by(reference)

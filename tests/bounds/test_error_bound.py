@@ -22,7 +22,7 @@ from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
-from slide_fmu.fitting.network import Fit
+from slide_fmu.fitting.network import SURROGATE, Fit
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.recipe.case import case_of
@@ -108,6 +108,24 @@ def errors_of(surrogate: Surrogate, inputs: FloatArray, outputs: FloatArray) -> 
 def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatArray:
     found = [surrogate.error_bounds(inputs, confidence) for inputs in unseen.inputs]
     return np.stack(found)[:, unseen.filled]
+
+
+def test_training_that_goes_on_from_a_bounded_surrogate_keeps_network_and_companion_apart(
+    fit: Fit, folder: Path, tmp_path: Path
+) -> None:
+    """Each begins with its own weights: after two iterations, both are better than they were."""
+    training = RECIPE.training.model_copy(update={"iterations": 2})
+    recipe = RECIPE.model_copy(update={"training": training, "bound": bound_of(steps=100)})
+    work = Work(case_of(recipe), folder / "store", tmp_path, no_stages, fit.surrogate)
+    again = fit_surrogate(work)
+    for stage in (SURROGATE, COMPANION):
+        errors = [min(found.histories[stage].validation_error) for found in (again, fit)]
+        assert errors[0] <= errors[1]
+    before, after = fit.surrogate.bound, again.surrogate.bound
+    assert before is not None
+    assert after is not None
+    assert len(after.companion.cell.w) == len(before.companion.cell.w) == 9
+    assert len(again.surrogate.network.cell.w) == 6
 
 
 def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_prediction(

@@ -7,6 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from tests.fmu.any_step import LASTING, go
+from tests.fmu.derivatives import derivative
+from tests.fmu.moving_inputs import forecasting
 from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
 
@@ -107,6 +110,38 @@ def test_state_is_bit_exact_in_another_instance(rich: Loaded) -> None:
         other.step(*row)
         assert one.get(0, 8) == other.get(0, 8)
     assert one.save() == other.save()
+
+
+MOVING = Shape(n_inputs=2, positions=3, cell=LASTING, hold="first_order", differences=2)
+CALLS = {
+    "held": random_surrogate(Shape(n_inputs=2, positions=3, cell=LASTING)),
+    "step_end": forecasting(random_surrogate(MOVING), at_step_end=True),
+    "forecast": forecasting(random_surrogate(MOVING)),
+}
+
+
+@pytest.mark.parametrize("n_before", [1, 20, 1100], ids=["start", "window", "full"])
+@pytest.mark.parametrize("call", CALLS)
+def test_state_goes_on_in_an_instance_with_another_past(
+    load: Load, call: str, n_before: int
+) -> None:
+    """Of former steps, a state has those only that results depend on: the other instance keeps
+    its own where these were. 1100 short steps are more than there is room for."""
+    loaded, rng = load(CALLS[call]), np.random.default_rng(6)
+    one, other = loaded.instance().start(), loaded.instance().start()
+    before = rng.choice([0.04, 0.3, 1, 2, 30], n_before)
+    after = [0.5, 14, 0.1, 1, 0.4, 3, 0.04, 14, 1, 40, 0.2]
+    times = np.cumsum([*before, *after])[:, None]
+    rows = np.sin(times * [0.02, 0.01])  # such as a forecast foresees
+    go(one, before, rows[:n_before])
+    go(other, rng.choice([0.07, 1, 5], 1000), rng.uniform(-1, 1, (1000, 2)))
+    saved = one.save()
+    assert other.restore(saved) == OK
+    assert other.save() == saved
+    slopes = [derivative(native, 1, np.array([0.3, -1.0])) for native in (other, one)]
+    np.testing.assert_array_equal(*slopes)
+    ahead = rows[n_before:]
+    np.testing.assert_array_equal(go(other, after, ahead), go(one, after, ahead))
 
 
 def test_damaged_states_are_refused(rich: Loaded) -> None:

@@ -66,6 +66,16 @@ def test_network_of_its_own_is_refused_where_a_training_begins_with_an_fmu() -> 
         check_case(case_of(tiny_state_space_recipe(**tables, **mass)))
 
 
+def test_fmu_without_a_companion_is_refused_where_a_bound_goes_on_with_it() -> None:
+    tables = {
+        "training": {"start": f"{FMUS}/linear/linear.fmu"},
+        "data": {"bound": 40, "calibration": 60, "duration": 4.0},
+        "bound": {},
+    }
+    with refused(RecipeError, "has no error bound; expected one", "remove the table [bound]"):
+        check_case(case_of(tiny_state_space_recipe(**tables)))
+
+
 @pytest.mark.parametrize("subcommand", ["try", "run"])
 def test_missing_start_of_a_training_is_told_before_any_trajectory_is_made(
     tmp_path: Path, subcommand: str

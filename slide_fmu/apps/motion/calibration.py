@@ -15,7 +15,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of
 from slide_fmu.apps.motion.earliest_move import Found
-from slide_fmu.apps.motion.margin import what_margins_are
+from slide_fmu.apps.motion.margin import margins_of, what_margins_are
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR
 from slide_fmu.apps.motion.response import Reference
@@ -107,7 +107,8 @@ def calibrate(
     """
     _require_calibration(task, moves)
     released, provenance = read_fmu(fmu)
-    problem_of(released, task, 1.0)
+    margins = margins_of(released, provenance)
+    problem_of(released, task, margins)
     coordinates, rng = coordinates_of(released.inputs), np.random.default_rng(seed)
     reference = reference_of(fmu, provenance, released, task.parameters, quiet)
     progress, drawn = bar("moves"), 0
@@ -122,7 +123,8 @@ def calibrate(
             )
         drawn += 1
         try:
-            found = answer(problem_of(released, random_task(task, coordinates, rng), 1.0), task)
+            drawn_task = random_task(task, coordinates, rng)
+            found = answer(problem_of(released, drawn_task, margins), task)
         except MotionError:  # counted by ``drawn``
             continue
         if found.move.name not in {move.name for move in found.baselines}:
@@ -134,7 +136,7 @@ def calibrate(
         fmu=released.name,
         task=task,
         seed=seed,
-        margin_is=what_margins_are(released),
+        margin_is=what_margins_are(released, margins),
         confidence=CONFIDENCE,
         drawn=drawn,
         moves=moves,
@@ -162,8 +164,9 @@ def _after_arrival(found: Found, reference: Reference) -> tuple[float, float, fl
     margin = float(move.margin[end:].max())
     if margin == 0:
         raise MotionError(
-            f"surrogate {found.response.surrogate.name!r} has no error bound and no error "
-            "estimate, so its margin is 0; expected one of them: add it to the recipe"
+            f"surrogate {found.response.surrogate.name!r} has no error bound, no "
+            "error estimate and no measured error, so its margin is 0; expected one of them: make "
+            "the FMU by slide-fmu run, which measures it"
         )
     return _largest(truth - move.outputs, end), margin, _largest(truth, end)
 

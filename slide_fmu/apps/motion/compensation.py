@@ -15,7 +15,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.corrections import PROBE, gauss_newton, slopes, splines
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.margin import judge
+from slide_fmu.apps.motion.margin import PLAIN, Margins, judge
 from slide_fmu.apps.motion.predictor import MotionError, Predictor
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
@@ -81,6 +81,7 @@ def compensate(
     wished: FloatArray | None = None,
     between: float | None = None,
     progress: Progress = quiet,
+    margins: Margins = PLAIN,
 ) -> Compensated:
     """Correct a path that begins at rest.
 
@@ -92,6 +93,7 @@ def compensate(
             which must be where rigid links would place it.
         between: time in s between the knots of the corrections; three samples if None.
         progress: called with the number of steps.
+        margins: what the margins of predictions are.
 
     Raises:
         MotionError: nothing is wished and the surrogate has no chain, the outputs have several
@@ -133,7 +135,7 @@ def compensate(
         _require_limits("corrected path", beyond, surrogate, limits)
     condition = condition_along(rigid, path, ranges)
     found = Compensated(predictor, rigid, target, path, motion, before, error, condition)
-    _require_use(found, surrogate)
+    _require_use(found, surrogate, margins)
     return found
 
 
@@ -182,7 +184,7 @@ def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> Float
     return np.asarray(np.where(values[:, 0] > 0, values[:, 0] / (values[:, -1] + 1e-300), 1.0))
 
 
-def _require_use(found: Compensated, surrogate: Surrogate) -> None:
+def _require_use(found: Compensated, surrogate: Surrogate, margins: Margins) -> None:
     """Refuse corrections whose improvement is not certain."""
     unit, step = surrogate.outputs[0].unit, surrogate.window.step
     before, after = _rms(found.before), _rms(found.after)
@@ -194,7 +196,7 @@ def _require_use(found: Compensated, surrogate: Surrogate) -> None:
             f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
             "no correction is small: choose another path"
         )
-    (judged,) = judge(surrogate, found.predictor.inputs(found.motion)[None])
+    (judged,) = judge(surrogate, found.predictor.inputs(found.motion)[None], margins)
     off = judged.margins[found.predictor.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import Provenance
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 ESTIMATES = 2.0
@@ -21,14 +24,53 @@ AROUND_REST = 1.05
 """Novelty about a rest, relative to it, that is known too: small vibrations add to its level."""
 
 
+@dataclass(frozen=True)
+class Margins:
+    """Margins say what the margins of predictions are, beside error bounds and estimates.
+
+    Attributes:
+        factor: factor on all margins.
+        usual: margin of a prediction without error bound and estimate: the error below which 95 %
+            of the samples were when the FMU was measured, as a norm over the outputs; 0 if it was
+            not measured.
+    """
+
+    factor: float = 1.0
+    usual: float = 0.0
+
+
+PLAIN = Margins()
+"""Margins without a factor, of a surrogate that brings its own, or that has none."""
+
+
+def margins_of(
+    surrogate: Surrogate, provenance: Provenance | None, factor: float = 1.0
+) -> Margins:
+    """Return the margins of an FMU's predictions, with a factor on them.
+
+    Raises:
+        MotionError: the FMU's figures are needed, and not of the form that this version writes.
+    """
+    if surrogate.bound is not None or surrogate.estimates_errors:
+        return Margins(factor)
+    try:
+        figures = released_figures(provenance)
+    except ValueError as error:
+        raise MotionError(str(error)) from error
+    if figures is None:
+        return Margins(factor)
+    errors = [output.p95_error for output in figures.in_range.outputs]
+    return Margins(factor, float(np.linalg.norm(errors)))
+
+
 @dataclass(frozen=True, eq=False)
 class Judged:
     """Judged has the reliability of predictions along a sequence of N samples.
 
     Attributes:
         margins: largest expected error, as a norm over the outputs, (N,): the error bound of 95 %;
-            without one, twice the error estimate; without both, zero (``what_margins_are`` says
-            which).
+            without one, twice the error estimate; without both, the usual error
+            (``what_margins_are`` says which).
         known: whether each sample is in the surrogate's domain, or hardly newer than rest at one
             of both ends; without an error bound, whether its inputs are in their ranges, (N,).
     """
@@ -37,21 +79,23 @@ class Judged:
     known: NDArray[np.bool_]
 
 
-def judge(surrogate: Surrogate, sequences: FloatArray, factor: float = 1.0) -> list[Judged]:
+def judge(surrogate: Surrogate, sequences: FloatArray, margins: Margins) -> list[Judged]:
     """Return the margins of predictions, and where the surrogate knows the inputs.
 
     Args:
         surrogate: the surrogate that predicts.
         sequences: inputs of whole motions, (B, N, n_inputs).
-        factor: factor on the margins.
+        margins: what the margins are.
     """
     if surrogate.bound is not None:
         found = surrogate.error_bounds_and_domain(sequences)
         return [
-            Judged(factor * _norms(each), known if known.all() else _known(surrogate, inputs))
+            Judged(
+                margins.factor * _norms(each), known if known.all() else _known(surrogate, inputs)
+            )
             for (each, known), inputs in zip(found, sequences, strict=True)
         ]
-    return [_estimated(surrogate, inputs, factor) for inputs in sequences]
+    return [_estimated(surrogate, inputs, margins) for inputs in sequences]
 
 
 def _known(surrogate: Surrogate, inputs: FloatArray) -> NDArray[np.bool_]:
@@ -67,23 +111,30 @@ def novelty_at_rest(surrogate: Surrogate, inputs: FloatArray) -> float:
     return float(surrogate.trust(inputs[None]).novelty[0])
 
 
-def _estimated(surrogate: Surrogate, inputs: FloatArray, factor: float) -> Judged:
+def _estimated(surrogate: Surrogate, inputs: FloatArray, margins: Margins) -> Judged:
     """Judge a sequence, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
     if surrogate.estimates_errors:
-        return Judged(_norms(factor * ESTIMATES * surrogate.estimate_error(inputs)), known)
-    return Judged(np.zeros(len(inputs)), known)
+        estimates = ESTIMATES * surrogate.estimate_error(inputs)
+        return Judged(margins.factor * _norms(estimates), known)
+    return Judged(np.full(len(inputs), margins.factor * margins.usual), known)
 
 
 def _norms(each: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(each, axis=1))
 
 
-def what_margins_are(surrogate: Surrogate, factor: float = 1.0) -> str:
+def what_margins_are(surrogate: Surrogate, margins: Margins) -> str:
     """Describe the margins of a surrogate in words."""
+    factor = margins.factor
     times = "" if factor == 1 else f", times the factor {factor:.3g} for optimised moves"
     if surrogate.bound is not None:
         return f"the error bound of 95 % confidence{times}"
     if surrogate.estimates_errors:
         return f"twice the error estimate{times}, since the FMU has no error bound"
-    return "nothing, since the FMU has no error estimate"
+    if margins.usual > 0:
+        return (
+            f"the error below which 95 % of the samples were when the FMU was measured{times}, "
+            "since the FMU has no error bound and no estimate"
+        )
+    return "nothing, since the FMU has no error bound, no estimate, and was not measured"

@@ -119,7 +119,7 @@ def described_all(response: Response, named: Sequence[tuple[str, FloatArray, int
         return [Move(*one, truth, none, 1.0) for one, truth in zip(named, truths, strict=True)]
     motions, lead = np.stack([motion for _, motion, _ in named]), response.lead
     outputs = response.outputs(motions)
-    judged = judge(response.surrogate, response.inputs(motions), response.margin_factor)
+    judged = judge(response.surrogate, response.inputs(motions), response.margins)
     return [
         Move(
             name,

@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.apps.motion.compensation import Compensated, compensate
 from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.margin import Judged, judge, what_margins_are
+from slide_fmu.apps.motion.margin import Judged, Margins, judge, margins_of, what_margins_are
 from slide_fmu.apps.motion.path import read_path
 from slide_fmu.apps.motion.set_points import MotionCurve, write_curve, write_inputs
 from slide_fmu.apps.motion.solve import reference_of
@@ -68,6 +68,7 @@ class Corrected:
 
     Attributes:
         surrogate, task, limits, found: the surrogate, the task, its limits, and the result.
+        margins: what the margins of predictions are.
         true_before, true_after: errors of the path and of the corrected one by the reference
             model, (count, n_outputs); None if not requested.
     """
@@ -76,6 +77,7 @@ class Corrected:
     task: PathTask
     limits: Limits
     found: Compensated
+    margins: Margins
     true_before: FloatArray | None = None
     true_after: FloatArray | None = None
 
@@ -86,7 +88,8 @@ class Corrected:
 
     @cached_property
     def _judged(self) -> Judged:
-        return judge(self.surrogate, self.found.predictor.inputs(self.found.motion)[None])[0]
+        inputs = self.found.predictor.inputs(self.found.motion)
+        return judge(self.surrogate, inputs[None], self.margins)[0]
 
     def figures(self) -> CorrectedFigures:
         """Return the figures."""
@@ -99,7 +102,7 @@ class Corrected:
             fmu=self.surrogate.name,
             task=self.task,
             unit=self.surrogate.outputs[0].unit,
-            margin_is=what_margins_are(self.surrogate),
+            margin_is=what_margins_are(self.surrogate, self.margins),
             predicted=_compared(found.before, found.after),
             largest_margin=float(self.margin.max()),
             known=float(np.mean(self._judged.known[found.predictor.lead :])),
@@ -146,8 +149,10 @@ def correct(
     limits = limits_of(task.limits, coordinates)
     path = read_path(task.path, coordinates, surrogate)
     motion, wished = path.motion, path.wished
-    found = compensate(surrogate, motion, limits, wished, task.knots, bar("corrections"))
-    corrected = Corrected(surrogate, task, limits, found)
+    margins = margins_of(released, provenance)
+    terms = limits, wished, task.knots, bar("corrections"), margins
+    found = compensate(surrogate, motion, *terms)
+    corrected = Corrected(surrogate, task, limits, found, margins)
     if not verify:
         return corrected
     parameters, progress = task.parameters, bar("reference model")
@@ -155,7 +160,7 @@ def correct(
     for tried in (found.path, found.motion):
         outputs = simulated(found.predictor.inputs(tried))[found.predictor.lead + 1 :]
         errors.append(outputs + found.rigid(tried) - found.target)
-    return Corrected(surrogate, task, limits, found, *errors)
+    return Corrected(surrogate, task, limits, found, margins, *errors)
 
 
 def write_corrected(corrected: Corrected, path: Path, rate: float | None = None) -> str | None:

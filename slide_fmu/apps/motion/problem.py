@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import coordinates_of, inputs_of
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.margin import MOST_AT_REST, novelty_at_rest
+from slide_fmu.apps.motion.margin import MOST_AT_REST, PLAIN, Margins, novelty_at_rest
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.response import Reference, Response
 from slide_fmu.apps.motion.route import Route
@@ -50,7 +50,7 @@ class MoveProblem:
             norm over all outputs.
         past: points to pass, if any.
         slower: factor on the shortest time of profiles.
-        margin_factor: factor on the margins of predictions.
+        margins: what the margins of predictions are.
         straight: whether coordinates stay on the line from start to goal, instead of having time
             laws of their own.
         reference: simulates the reference model, if moves are verified with it: then they have
@@ -69,7 +69,7 @@ class MoveProblem:
     tolerance: float
     past: Past | None = None
     slower: float = 1.0
-    margin_factor: float = 1.0
+    margins: Margins = PLAIN
     straight: bool = False
     reference: Reference | None = None
 
@@ -170,5 +170,5 @@ class MoveProblem:
                 f"a move of {time:.4g} s has {samples} samples; expected at most {MOST_SAMPLES}: "
                 f"raise {raised}, or lower duration or longest"
             )
-        terms = self.margin_factor, self.reference
+        terms = self.margins, self.reference
         return Response(self.surrogate, self.route, samples, *terms)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, inputs_of
+from slide_fmu.apps.motion.margin import PLAIN, Margins
 from slide_fmu.apps.motion.predictor import Predictor
 from slide_fmu.apps.motion.route import Route
 from slide_fmu.core.signals import FloatArray
@@ -25,7 +26,7 @@ class Response:
         surrogate: the surrogate that predicts.
         route: the route of the motion, between the coordinates before it and after it.
         samples: longest motion in samples; the response after it covers one window.
-        margin_factor: factor on the margins of predictions.
+        margins: what the margins of predictions are.
         reference: simulates the reference model, if the moves are verified with it.
 
     Raises:
@@ -37,11 +38,11 @@ class Response:
         surrogate: Surrogate,
         route: Route,
         samples: int,
-        margin_factor: float = 1.0,
+        margins: Margins = PLAIN,
         reference: Reference | None = None,
     ) -> None:
         self.surrogate, self.route, self.samples = surrogate, route, samples
-        self.margin_factor, self.reference = margin_factor, reference
+        self.margins, self.reference = margins, reference
         self._correction: FloatArray | float = 0.0
         self._predictor = Predictor(surrogate, samples + surrogate.window.n_in)
 
@@ -127,7 +128,7 @@ class Response:
 
     def verified_by(self, reference: Reference | None) -> Response:
         """Return the response without corrections, and with another reference or none."""
-        found = Response(self.surrogate, self.route, self.samples, self.margin_factor, reference)
+        found = Response(self.surrogate, self.route, self.samples, self.margins, reference)
         return found
 
     def missed(self, motion: FloatArray) -> float:

@@ -14,7 +14,7 @@ from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import COSTS
 from slide_fmu.apps.motion.earliest_move import Found, earliest
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.margin import what_margins_are
+from slide_fmu.apps.motion.margin import Margins, margins_of, what_margins_are
 from slide_fmu.apps.motion.move import Move, MoveFigures, described_all
 from slide_fmu.apps.motion.problem import MoveProblem
 from slide_fmu.apps.motion.quietest_move import quietest
@@ -107,7 +107,7 @@ class Solved:
         return SolvedFigures(
             fmu=self.surrogate.name,
             task=self.task,
-            margin_is=what_margins_are(self.surrogate, self.problem.margin_factor),
+            margin_is=what_margins_are(self.surrogate, self.problem.margins),
             slower=self.found.slower,
             rounds=self.found.rounds,
             move=self.found.move.figures(*terms),
@@ -137,7 +137,8 @@ def solve(
         SimulationError: it could not be simulated.
     """
     released, provenance = read_fmu(fmu)
-    problem = problem_of(released, task, factor_of(task, provenance))
+    margins = margins_of(released, provenance, factor_of(task, provenance))
+    problem = problem_of(released, task, margins)
     if not verify:
         return Solved(task, problem, answer(problem, task, seed, bar("motions")), ())
     simulated = reference_of(fmu, provenance, released, task.parameters, bar("reference model"))
@@ -155,8 +156,8 @@ def solve(
     return Solved(task, problem, found, tuple(move.outputs for move in moves))
 
 
-def problem_of(released: Surrogate, task: MoveTask, factor: float) -> MoveProblem:
-    """Return the problem of a task, with a factor on all margins.
+def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MoveProblem:
+    """Return the problem of a task, with margins of predictions.
 
     Raises:
         MotionError: the task does not fit the surrogate.
@@ -171,7 +172,7 @@ def problem_of(released: Surrogate, task: MoveTask, factor: float) -> MoveProble
         limits,
         task.tolerance,
         past,
-        margin_factor=factor,
+        margins=margins,
         straight=task.straight,
     )
 

@@ -24,9 +24,11 @@ from slide_fmu.apps.motion import (
 )
 from slide_fmu.apps.motion.calibration import least_moves, random_task, rank_of
 from slide_fmu.apps.motion.costs import residual
+from slide_fmu.apps.motion.margin import Margins, judge, margins_of, what_margins_are
 from slide_fmu.apps.motion.recipe_table import check_table
 from slide_fmu.apps.motion.solve import factor_of
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.recipe.recipe import RecipeError
 from tests.acceptance.conftest import invoke
 from tests.refusals import refused
@@ -98,8 +100,24 @@ def test_margins_have_a_factor_of_the_task_or_of_the_recipe() -> None:
     found = [factor_of(one, at) for one, at in ((own, carried), (task, carried), (task, None))]
     assert found == [2.0, 3.0, 1.0]
     problem = replace(crank_problem(), reference=None)
-    times = [earliest(replace(problem, margin_factor=factor)).move.end for factor in (1.0, 4.0)]
+    times = [earliest(replace(problem, margins=Margins(factor))).move.end for factor in (1.0, 4.0)]
     assert times[1] > times[0]
+
+
+def test_margin_without_bound_and_estimate_is_the_error_that_was_measured() -> None:
+    released, provenance = read_fmu(CRANK)
+    bare, inputs = replace(released, estimator=None), np.tile([1.0, 0.0], (300, 1))
+    measured = dict(provenance or {})["measured"]
+    below = measured["validation"]["in range"]["outputs"][0]["p95_error"]
+    margins = margins_of(bare, provenance, 2.0)
+    np.testing.assert_array_equal(judge(bare, inputs[None], margins)[0].margins, 2 * below)
+    assert "95 % of the samples were when the FMU was measured" in what_margins_are(bare, margins)
+    assert margins_of(bare, None) == Margins()
+    assert what_margins_are(bare, Margins()).startswith("nothing")
+    robot = read_fmu(ROOT / "fmus" / "robot_6r" / "robot_6r.fmu")
+    assert margins_of(*robot) == Margins()
+    with refused(MotionError, "measured figures in the FMU", "make the FMU anew"):
+        margins_of(bare, {"measured": {"name": 3}})
 
 
 @pytest.mark.parametrize("table", [{"margin_factor": 0}, {"margin_factor": "2"}, {"factor": 2.0}])

@@ -1,5 +1,6 @@
-/* Save, restore and serialise the state. A saved state and its serialised form are the same bytes:
- * a header, then the flat state block. */
+/* Save, restore and serialise the state. A saved state and its serialised form have the same layout:
+ * a header, then the flat state block. What no result depends on is left as it is in a saved one,
+ * which is fast, and zero in a serialised one, so that equal states are equal bytes. */
 #include "calls.h"
 #include "memory.h"
 
@@ -73,15 +74,16 @@ SlideStatus slide_save(SlideInstance *instance, void **state) {
     }
     StateHeader header = header_of(instance);
     memcpy(*state, &header, sizeof header);
-    memcpy((unsigned char *)*state + sizeof header, instance->state.head, instance->state.size);
+    slide_state_copy(&instance->model, &instance->state, instance->state.head,
+                     (unsigned char *)*state + sizeof header);
     return SLIDE_OK;
 }
 
 SlideStatus slide_restore(SlideInstance *instance, const void *state) {
     SlideStatus status = check(instance, state != NULL, state);
     if (status == SLIDE_OK) {
-        memcpy(instance->state.head, (const unsigned char *)state + sizeof(StateHeader),
-               instance->state.size);
+        slide_state_copy(&instance->model, &instance->state,
+                         (const unsigned char *)state + sizeof(StateHeader), instance->state.head);
     }
     return status;
 }
@@ -114,11 +116,13 @@ SlideStatus slide_serialize(SlideInstance *instance, const void *state, void *by
                             "its serialised state",
                             (unsigned long long)size, (unsigned long long)slide_saved_size(instance));
     }
-    const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
+    unsigned char *block = (unsigned char *)bytes + sizeof(StateHeader);
     StateHeader header = header_of(instance);
+    memset(block, 0, instance->state.size);
+    slide_state_copy(&instance->model, &instance->state,
+                     (const unsigned char *)state + sizeof header, block);
     header.checksum = slide_crc32(block, instance->state.size);
     memcpy(bytes, &header, sizeof header);
-    memcpy((unsigned char *)bytes + sizeof header, block, instance->state.size);
     return SLIDE_OK;
 }
 

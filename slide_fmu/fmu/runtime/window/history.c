@@ -87,6 +87,37 @@ void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history
     memcpy(step_at(shape, history, count), before + 1 + shape->n_inputs, step_size(shape));
 }
 
+static size_t offset_of(const SlideHistoryShape *shape, uint64_t index) {
+    return (size_t)(index & (shape->capacity - 1)) * step_size(shape);
+}
+
+SlideHistorySpan slide_history_all(const SlideHistoryShape *shape, uint64_t count) {
+    return (SlideHistorySpan){count > shape->capacity ? count - shape->capacity : 0, count};
+}
+
+SlideHistorySpan slide_history_since(const SlideHistoryShape *shape, uint64_t count,
+                                     const void *steps, double time) {
+    const SlideHistorySpan all = slide_history_all(shape, count);
+    SlideHistorySpan span = {count, count};
+    for (double covered = 0, length; covered < time && span.first > all.first; covered += length) {
+        span.first -= 1;
+        memcpy(&length, (const unsigned char *)steps + offset_of(shape, span.first),
+               sizeof length);
+    }
+    span.first -= span.first > all.first; /* inputs move on from those of the step before */
+    return span;
+}
+
+void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, const void *from,
+                        void *to) {
+    const size_t first = offset_of(shape, span.first);
+    const size_t size = (size_t)(span.end - span.first) * step_size(shape);
+    const size_t to_end = slide_history_steps_size(shape) - first;
+    const size_t until_end = size < to_end ? size : to_end;
+    memcpy((unsigned char *)to + first, (const unsigned char *)from + first, until_end);
+    memcpy(to, from, size - until_end);
+}
+
 /* Turned back from its end, which is exact. */
 static void on_arc(const double *from, const double *to, double left, double *director) {
     double turn = atan2(to[1], to[0]) - atan2(from[1], from[0]);
@@ -115,8 +146,7 @@ const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHi
 }
 
 static uint64_t oldest(const SlideReader *reader) {
-    uint64_t count = *reader->history->count, capacity = reader->shape->capacity;
-    return count > capacity ? count - capacity : 0;
+    return slide_history_all(reader->shape, *reader->history->count).first;
 }
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history) {

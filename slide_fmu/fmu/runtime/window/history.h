@@ -64,6 +64,21 @@ typedef enum { SLIDE_MARK_STEP, SLIDE_MARK_FORECAST } SlideMark;
 void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
 void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
 
+/* Steps that belong together, by their numbers. */
+typedef struct {
+    uint64_t first, end; /* the oldest, and the one after the newest */
+} SlideHistorySpan;
+
+/* All steps that are remembered; and the newest of them that a time (s) before the present depends
+ * on. The steps may be those of a copy of the block, at any alignment. */
+SlideHistorySpan slide_history_all(const SlideHistoryShape *shape, uint64_t count);
+SlideHistorySpan slide_history_since(const SlideHistoryShape *shape, uint64_t count,
+                                     const void *steps, double time);
+
+/* Copy the steps of a span, from the steps of one block to those of another. */
+void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, const void *from,
+                        void *to);
+
 /* Inputs that move, where a part (0 to 1) of the way is left. Linear; a director on the
  * shorter arc, of two equal ones on that which turns to the left, with its length linear. */
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,

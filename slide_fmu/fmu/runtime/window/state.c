@@ -64,6 +64,35 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
 }
 
+/* The steps of a block's history that results depend on: those of the samples, and the last step,
+ * since derivatives do that again. A forecast looks back as many steps as it likes, however long. */
+static SlideHistorySpan needed(const SlideModel *model, const SlideState *state,
+                               const unsigned char *block) {
+    SlideHead head;
+    uint64_t counts[3];
+    memcpy(&head, block, sizeof head);
+    memcpy(counts, block + ((const char *)state->history.count - (const char *)state->head),
+           sizeof counts);
+    if (model->history.first_order && head.at_step_end == 0) {
+        const uint64_t known = counts[1] < counts[2] ? counts[2] : counts[1];
+        return slide_history_all(&model->history, counts[0] < known ? known : counts[0]);
+    }
+    return slide_history_since(&model->history, counts[0], block + state->before_steps,
+                               head.last_length + (model->memory_length + 1) * model->step);
+}
+
+void slide_state_copy(const SlideModel *model, const SlideState *state, const void *from,
+                      void *to) {
+    const size_t steps = state->before_steps;
+    const size_t after = steps + slide_history_steps_size(&model->history);
+    const unsigned char *block = from;
+    unsigned char *target = to;
+    memcpy(target, block, steps);
+    slide_history_copy(&model->history, needed(model, state, block), block + steps,
+                       target + steps);
+    memcpy(target + after, block + after, state->size - after);
+}
+
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;

@@ -47,7 +47,7 @@ typedef struct {
     SlideNetworkState predictor; /* of recurrent networks */
 } SlideBeforeStep;
 
-/* All that changes lies in one flat block: saving and restoring are copies of it. */
+/* All that changes lies in one flat block, which slide_state_copy saves and restores. */
 typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
@@ -86,6 +86,11 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 
 /* Back to the state after placing: no steps, inputs at their start values. */
 void slide_state_reset(const SlideModel *model, SlideState *state);
+
+/* From one block of a state, or a copy of it at any alignment, to another, which then gives the
+ * same results. Of the history, only the steps that these depend on: its room is mostly for many
+ * short steps that were never taken. */
+void slide_state_copy(const SlideModel *model, const SlideState *state, const void *from, void *to);
 
 /* No communication step yet? */
 static inline bool slide_stream_fresh(const SlideState *state) {

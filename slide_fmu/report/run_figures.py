@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -82,6 +83,11 @@ class RunFigures:
     def in_range(self) -> ValidationFigures:
         """The validation of the smallest amplitudes."""
         return next(iter(self.ordered.values()))
+
+    @property
+    def usual_error(self) -> float:
+        """The error in range below which 95 % of the samples were, as a norm over the outputs."""
+        return math.hypot(*(output.p95_error for output in self.in_range.outputs))
 
 
 def released_figures(provenance: Provenance | None) -> RunFigures | None:

@@ -7,8 +7,8 @@ the lower half, as a part of the energy that passed between them.
 
     PYTHONPATH=. python tests/benchmarks/coupled.py --json -
 
-A surrogate may take the place of the lower half. Its recipe needs about two CPU-minutes, and five
-with an error bound; then the share of samples is printed at which the bound holds in the loop:
+A surrogate may take the place of the lower half. Its recipe needs about five CPU-minutes, and
+18 with an error bound; then the share of samples is printed at which the bound holds in the loop:
 
     slide-fmu run tests/own_models/halves/lower_half_bounded.toml
     PYTHONPATH=. python tests/benchmarks/coupled.py \\

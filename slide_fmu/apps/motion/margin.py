@@ -59,8 +59,7 @@ def margins_of(
         raise MotionError(str(error)) from error
     if figures is None:
         return Margins(factor)
-    errors = [output.p95_error for output in figures.in_range.outputs]
-    return Margins(factor, float(np.linalg.norm(errors)))
+    return Margins(factor, figures.usual_error)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
+from slide_fmu.fmu.export import Provenance
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FLAGS = (
@@ -69,6 +71,8 @@ class PageFacts:
         flags: value references of the variables that say how reliable the outputs are, by name.
         confidence: None without an error bound.
         at_step_end: value reference of ``inputs_at_step_end``.
+        usual: without error bound and estimate, the error below which 95 % of the samples were
+            when the FMU was measured, as a norm over the outputs; else None.
     """
 
     name: str
@@ -83,10 +87,15 @@ class PageFacts:
     flags: Mapping[str, int]
     confidence: PageConfidence | None
     at_step_end: int | None
+    usual: float | None
 
 
-def facts_of(surrogate: Surrogate) -> PageFacts:
-    """Return the facts about a surrogate for a page."""
+def facts_of(surrogate: Surrogate, provenance: Provenance | None = None) -> PageFacts:
+    """Return the facts about a surrogate for a page.
+
+    Raises:
+        ValueError: the measured figures are not of the form that this version writes.
+    """
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
     step, estimated = surrogate.window.step, surrogate.estimates_errors
     flags = [BY_KEY[key].name for key in FLAGS]
@@ -103,7 +112,15 @@ def facts_of(surrogate: Surrogate) -> PageFacts:
         flags={name: references[name] for name in flags if name in references},
         confidence=_confidence(surrogate, references),
         at_step_end=references.get(AT_STEP_END),
+        usual=_usual_error(surrogate, provenance),
     )
+
+
+def _usual_error(surrogate: Surrogate, provenance: Provenance | None) -> float | None:
+    if surrogate.bound is not None or surrogate.estimates_errors:
+        return None
+    figures = released_figures(provenance)
+    return None if figures is None else figures.usual_error
 
 
 def names_of(surrogate: Surrogate) -> list[str]:

@@ -106,7 +106,7 @@ def page_of(
     carried = service(EXAMPLE_RUN)
     run = None if carried is None else carried(fmu)
     files: dict[str, bytes] = {}
-    facts, trajectory = facts_of(surrogate), None
+    facts, trajectory = facts_of(surrogate, provenance), None
     if drawing is None:
         described = carried_drawing(surrogate, provenance)
     else:

@@ -35,9 +35,10 @@ export class Moves {
       course.answers.map(({ outputs }) => Math.hypot(...outputs.map((y, i) => y - this.rest[i]))),
     );
     session.known = false;
-    this.margins = this.courses.map((course) => course.answers.map(marginOf));
+    this.margins = this.courses.map((course) => course.answers.map((answer) => marginOf(answer, facts)));
     const [{ bounds, estimates, flags }] = this.courses[0].answers;
-    this.kind = bounds.length > 0 ? "error bound" : estimates.length > 0 ? "error estimate" : null;
+    const own = bounds.length > 0 ? "error bound" : estimates.length > 0 ? "error estimate" : null;
+    this.kind = facts.usual === null ? own : "usual error";
     this.confidence = bounds.length > 0 ? confidence : null;
     this.domain = flags.in_domain !== undefined;
     this.known = this.courses[0].answers.every((answer) => isKnown(answer.flags));

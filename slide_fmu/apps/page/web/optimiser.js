@@ -118,7 +118,7 @@ export class Optimiser {
     }
     this.open = true;
     this.rehearsal = new Rehearsal(this.app.session, this.facts, task);
-    const margin = marginOf(this.rehearsal.rest);
+    const margin = marginOf(this.rehearsal.rest, this.facts);
     if (margin > task.tolerance) {
       const size = quantity(margin, margin, this.facts.outputs[0].unit, 2);
       throw new Error(`at rest at the goal, predictions may be off by ${size}, more than the tolerance: choose a larger one, or another goal`);

@@ -7,8 +7,8 @@ const LOOKED_ON = 0.5;
 const ESTIMATES = 2;
 
 /** The largest error that is expected of an answer, as a norm over the outputs; 0 where none is known. */
-export function marginOf({ bounds, estimates }) {
-  return bounds.length > 0 ? Math.hypot(...bounds) : ESTIMATES * Math.hypot(...estimates);
+export function marginOf({ bounds, estimates }, { usual }) {
+  return bounds.length > 0 ? Math.hypot(...bounds) : (usual ?? ESTIMATES * Math.hypot(...estimates));
 }
 
 /** Whether the surrogate knows the inputs before an answer. */
@@ -92,7 +92,7 @@ export class Rehearsal {
     }
     for (const [k, answer] of this.answers(move, Math.max(arrives.sample, 1))) {
       const moment = k * step + later;
-      const away = this.distance(answer.outputs) + marginOf(answer);
+      const away = this.distance(answer.outputs) + marginOf(answer, this.facts);
       if (away > tolerance) {
         if (moment > latest) {
           return Infinity;

@@ -73,11 +73,17 @@ static double *before_mark(const SlideHistoryShape *shape, const SlideHistory *h
     return history->before + 2 * (size_t)mark * (1 + (size_t)shape->n_inputs);
 }
 
-void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark) {
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark,
+                         bool whole) {
     const uint64_t count = history->count[1 + mark] = history->count[0];
     double *before = before_mark(shape, history, mark);
-    memcpy(before, step_at(shape, history, count - 1), step_size(shape));
-    memcpy(before + 1 + shape->n_inputs, step_at(shape, history, count), step_size(shape));
+    memset(before, 0, 2 * step_size(shape)); /* equal states are equal bytes */
+    if (count > 0) {
+        memcpy(before, step_at(shape, history, count - 1), step_size(shape));
+    }
+    if (whole && count >= shape->capacity) {
+        memcpy(before + 1 + shape->n_inputs, step_at(shape, history, count), step_size(shape));
+    }
 }
 
 void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark) {

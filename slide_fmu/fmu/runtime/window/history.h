@@ -59,9 +59,11 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
  * that also brings the true end of the step before, from what is only forecast on. */
 typedef enum { SLIDE_MARK_STEP, SLIDE_MARK_FORECAST } SlideMark;
 
-/* Set a mark: slide_history_go_back takes back all that is appended from here on. What one step
- * changes is then as it was, to the bit. A mark is lost where one goes back before it. */
-void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
+/* Set a mark: slide_history_go_back takes back all that is appended from here on. All that samples
+ * depend on is then as it was, to the bit; with `whole`, also the oldest step of a full ring, which
+ * the next one writes over. A mark is lost where one goes back before it. */
+void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark,
+                         bool whole);
 void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark);
 
 /* Steps that belong together, by their numbers. */

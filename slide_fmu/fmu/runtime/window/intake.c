@@ -119,7 +119,7 @@ static void move_told(const SlideModel *model, SlideState *state) {
 
 SlideIntake slide_intake_forecast(const SlideModel *model, SlideState *state) {
     const double length = state->head->last_length;
-    slide_history_begin(&model->history, &state->history, SLIDE_MARK_FORECAST);
+    slide_history_begin(&model->history, &state->history, SLIDE_MARK_FORECAST, true);
     slide_forecast(&model->forecast, &model->history, &state->history, length, state->goal);
     if (state->head->moved != 0) {
         move_told(model, state);

@@ -86,7 +86,8 @@ void slide_step_keep(const SlideModel *model, SlideState *state) {
     }
     memcpy(state->before.given, state->inputs, row);
     memcpy(state->before.samples, newest_sample(model, state), SLIDE_BEFORE * row);
-    slide_history_begin(&model->history, &state->history, SLIDE_MARK_STEP);
+    slide_history_begin(&model->history, &state->history, SLIDE_MARK_STEP,
+                        slide_stream_forecasts(model, state));
 }
 
 /* A step begins. The derivatives of the inputs count for this step only. */

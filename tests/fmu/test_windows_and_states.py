@@ -142,6 +142,7 @@ def test_state_goes_on_in_an_instance_with_another_past(
     np.testing.assert_array_equal(*slopes)
     ahead = rows[n_before:]
     np.testing.assert_array_equal(go(other, after, ahead), go(one, after, ahead))
+    assert other.save() == one.save()
 
 
 def test_damaged_states_are_refused(rich: Loaded) -> None:

@@ -29,7 +29,7 @@ FORMER = {
     "stability.growth": "is a constant now: remove it",
     "stability.contraction": "is a constant now: remove it",
     "bound.companion": "is the table [bound.expert.companion] now: rename it",
-    "bound.*companion.start": "is gone: remove it; a companion always begins on its own",
+    "bound.*companion.start": "is gone: remove it; training.start also names the companion",
     "*.stretches": (
         "is named refinements now, of [training.expert] and [bound.expert.companion]: rename it "
         "there"

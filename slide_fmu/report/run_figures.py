@@ -86,8 +86,8 @@ class RunFigures:
 
     @property
     def usual_error(self) -> float:
-        """The error in range below which 95 % of the samples were, as a norm over the outputs."""
-        return math.hypot(*(output.p95_error for output in self.in_range.outputs))
+        """The RMS error in range with known inputs, as a norm over the outputs."""
+        return math.hypot(*(output.rmse for output in self.in_range.outputs))
 
 
 def released_figures(provenance: Provenance | None) -> RunFigures | None:

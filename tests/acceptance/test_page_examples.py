@@ -55,7 +55,7 @@ def test_class_on_the_page_simulates() -> None:
 
 
 def test_recipe_of_an_fmu_on_the_page_is_toml() -> None:
-    recipe, _ = blocks("own_model.md", "toml")
+    recipe, *_ = blocks("own_model.md", "toml")
     assert tomllib.loads(recipe)["system"]["kind"] == "fmu"
 
 

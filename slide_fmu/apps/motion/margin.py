@@ -26,13 +26,12 @@ AROUND_REST = 1.05
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins say what the margins of predictions are, beside error bounds and estimates.
+    """Margins say what the margins of predictions are.
 
     Attributes:
         factor: factor on all margins.
-        usual: margin of a prediction without error bound and estimate: the error below which 95 %
-            of the samples were when the FMU was measured, as a norm over the outputs; 0 if it was
-            not measured.
+        usual: margin of a prediction without error bound and estimate: twice the RMS error in
+            range when the FMU was measured, as a norm over the outputs; 0 if it was not measured.
     """
 
     factor: float = 1.0
@@ -59,7 +58,7 @@ def margins_of(
         raise MotionError(str(error)) from error
     if figures is None:
         return Margins(factor)
-    return Margins(factor, figures.usual_error)
+    return Margins(factor, ESTIMATES * figures.usual_error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def what_margins_are(surrogate: Surrogate, margins: Margins) -> str:
         return f"twice the error estimate{times}, since the FMU has no error bound"
     if margins.usual > 0:
         return (
-            f"the error below which 95 % of the samples were when the FMU was measured{times}, "
-            "since the FMU has no error bound and no estimate"
+            f"twice the RMS error that was measured{times}, since the FMU has no error bound and "
+            "no estimate"
         )
     return "nothing, since the FMU has no error bound, no estimate, and was not measured"

@@ -71,8 +71,8 @@ class PageFacts:
         flags: value references of the variables that say how reliable the outputs are, by name.
         confidence: None without an error bound.
         at_step_end: value reference of ``inputs_at_step_end``.
-        usual: without error bound and estimate, the error below which 95 % of the samples were
-            when the FMU was measured, as a norm over the outputs; else None.
+        usual: without error bound and estimate, the RMS error that was measured in range, as a
+            norm over the outputs; else None.
     """
 
     name: str

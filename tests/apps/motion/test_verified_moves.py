@@ -108,10 +108,10 @@ def test_margin_without_bound_and_estimate_is_the_error_that_was_measured() -> N
     released, provenance = read_fmu(CRANK)
     bare, inputs = replace(released, estimator=None), np.tile([1.0, 0.0], (300, 1))
     measured = dict(provenance or {})["measured"]
-    below = measured["validation"]["in range"]["outputs"][0]["p95_error"]
+    below = measured["validation"]["in range"]["outputs"][0]["rmse"]
     margins = margins_of(bare, provenance, 2.0)
-    np.testing.assert_array_equal(judge(bare, inputs[None], margins)[0].margins, 2 * below)
-    assert "95 % of the samples were when the FMU was measured" in what_margins_are(bare, margins)
+    np.testing.assert_array_equal(judge(bare, inputs[None], margins)[0].margins, 2 * 2 * below)
+    assert "twice the RMS error that was measured" in what_margins_are(bare, margins)
     assert margins_of(bare, None) == Margins()
     assert what_margins_are(bare, Margins()).startswith("nothing")
     robot = read_fmu(ROOT / "fmus" / "robot_6r" / "robot_6r.fmu")

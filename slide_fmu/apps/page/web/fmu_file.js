@@ -8,13 +8,6 @@ const SURROGATE = "resources/surrogate.slide";
 const PROVENANCE = "resources/provenance.json";
 const RUN = "extra/org.fmi-standard.fmi-ls-ref";
 
-/** The error of most samples when the FMU was measured, where it has no bound and no estimate; or null. */
-function usualError({ outputs }, measured) {
-  const known = outputs.some(({ bound, estimate }) => bound !== null || estimate !== null);
-  const errors = measured?.validation["in range"]?.outputs.map((output) => output.p95_error);
-  return known || errors === undefined ? null : Math.hypot(...errors);
-}
-
 /** Reads { facts, surrogate, files, drawing } from the bytes of an FMU. */
 export async function readFmu(bytes, name) {
   try {
@@ -39,10 +32,10 @@ export async function readFmu(bytes, name) {
     const given = await text(`${RUN}/parameters.ssv`);
     const facts = factsOfFmu(description, results);
     const trajectory = stored ? { parameters: given === null ? {} : parametersOf(given) } : null;
-    const { drawing = null, measured } = JSON.parse((await text(PROVENANCE)) ?? "{}");
+    const drawing = JSON.parse((await text(PROVENANCE)) ?? "{}").drawing ?? null;
     const drawn = drawing !== null;
     return {
-      facts: { ...facts, title: facts.name, trajectory, drawn, moves: null, usual: usualError(facts, measured) },
+      facts: { ...facts, title: facts.name, trajectory, drawn, moves: null, usual: null },
       ...{ surrogate, files, drawing },
     };
   } catch (error) {

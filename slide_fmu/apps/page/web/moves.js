@@ -38,7 +38,7 @@ export class Moves {
     this.margins = this.courses.map((course) => course.answers.map((answer) => marginOf(answer, facts)));
     const [{ bounds, estimates, flags }] = this.courses[0].answers;
     const own = bounds.length > 0 ? "error bound" : estimates.length > 0 ? "error estimate" : null;
-    this.kind = facts.usual === null ? own : "usual error";
+    this.kind = facts.usual === null ? own : "measured RMS error";
     this.confidence = bounds.length > 0 ? confidence : null;
     this.domain = flags.in_domain !== undefined;
     this.known = this.courses[0].answers.every((answer) => isKnown(answer.flags));

@@ -94,14 +94,10 @@ function gainOf(names, times) {
 /** What the times count as the margin, and where it does not hold. */
 function doubtOf({ margin, kind, confidence, domain, known, slower, unit }) {
   const size = quantity(margin, margin, unit, 2);
-  const is = {
-    "error bound": `error bound of ${Math.round(100 * confidence)} %`,
-    "error estimate": "double error estimate",
-    "usual error": "error below which 95 % of the samples were when the FMU was measured",
-  }[kind];
+  const is = kind === "error bound" ? `error bound of ${Math.round(100 * confidence)} %` : `double ${kind}`;
   const parts = [
     kind === null
-      ? "The times are predictions alone: the surrogate has no error bound, no estimate, and was not measured."
+      ? "The times are predictions alone: the surrogate has no error estimate."
       : `The margin is the ${is}: after the first move at most ${size}.`,
   ];
   if (!known) {

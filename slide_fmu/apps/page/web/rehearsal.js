@@ -8,7 +8,7 @@ const ESTIMATES = 2;
 
 /** The largest error that is expected of an answer, as a norm over the outputs; 0 where none is known. */
 export function marginOf({ bounds, estimates }, { usual }) {
-  return bounds.length > 0 ? Math.hypot(...bounds) : (usual ?? ESTIMATES * Math.hypot(...estimates));
+  return bounds.length > 0 ? Math.hypot(...bounds) : ESTIMATES * (usual ?? Math.hypot(...estimates));
 }
 
 /** Whether the surrogate knows the inputs before an answer. */

@@ -121,7 +121,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
     bool further = false;
     double until = INFINITY;
     if (walk.count > 1) { /* a single one undoes itself */
-        slide_state_copy(model, state, state->head, watcher->undo);
+        memcpy(watcher->undo, state->head, state->size);
     }
     for (uint32_t left = walk.count; left-- > 0 && !*early;) {
         if (moves) {
@@ -130,7 +130,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
         }
         if (!stream_step(instance, walk.part, further)) {
             if (walk.count > 1) {
-                slide_state_copy(model, state, watcher->undo, state->head);
+                memcpy(state->head, watcher->undo, state->size);
             }
             return false;
         }

@@ -97,8 +97,12 @@ static size_t offset_of(const SlideHistoryShape *shape, uint64_t index) {
     return (size_t)(index & (shape->capacity - 1)) * step_size(shape);
 }
 
+static uint64_t oldest_of(const SlideHistoryShape *shape, uint64_t count) {
+    return count > shape->capacity ? count - shape->capacity : 0;
+}
+
 SlideHistorySpan slide_history_all(const SlideHistoryShape *shape, uint64_t count) {
-    return (SlideHistorySpan){count > shape->capacity ? count - shape->capacity : 0, count};
+    return (SlideHistorySpan){oldest_of(shape, count), count};
 }
 
 SlideHistorySpan slide_history_since(const SlideHistoryShape *shape, uint64_t count,
@@ -152,7 +156,7 @@ const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHi
 }
 
 static uint64_t oldest(const SlideReader *reader) {
-    return slide_history_all(reader->shape, *reader->history->count).first;
+    return oldest_of(reader->shape, *reader->history->count);
 }
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history) {

@@ -278,7 +278,7 @@ FORMER = {
     "training.dense_limit": "dense_limit is one of [training.expert]: move",
     "bound.companion": "is the table [bound.expert.companion] now",
     "bound.expert.companion.stretches": "is named refinements now",
-    "bound.expert.companion.start": "is gone: remove it; a companion always begins on its own",
+    "bound.expert.companion.start": "is gone: remove it; training.start also names the companion",
     "bound.hidden": "hidden is one of [bound.expert]: move",
     "bound.steps": "steps is one of [bound.expert]: move",
     "estimator.pretraining": "pretraining is one of [estimator.expert]: move",

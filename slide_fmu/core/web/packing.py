@@ -30,10 +30,10 @@ def scripts(entry: Path) -> dict[str, str]:
 def styles(*own: Path) -> str:
     """Return one style sheet: colours, shared styles, and a page's own files.
 
-    It has no comments, no indents, and no spaces behind colons, commas and semicolons.
+    It has no comments, no indents, no spaces behind punctuation, and no semicolons before braces.
     """
     shared = (MODULES / "colours.css", MODULES / "base.css")
     whole = "".join(path.read_text(encoding="utf-8") for path in (*shared, *own))
     bare = re.sub(r"/\*.*?\*/", "", whole, flags=re.DOTALL)
-    lines = (re.sub(r"(?<=[:;,]) +| +(?=\{)", "", line.strip()) for line in bare.splitlines())
-    return "\n".join(line for line in lines if line) + "\n"
+    lines = (re.sub(r"(?<=[:;,{]) +| +(?=\{)", "", line.strip()) for line in bare.splitlines())
+    return re.sub(r";\n?\}", "}", "\n".join(line for line in lines if line)) + "\n"

@@ -250,7 +250,7 @@ class LeastSquaresRecipe(Table):
             that was learnt from a simulation and is refined on a record, or at one value of
             physical parameters and is to follow them. Then there is no search, and the FMU gives
             the table ``network`` except for ``parameter_degree``. With an error bound, the
-            companion begins with the companion of that FMU.
+            companion begins with the companion of that FMU, without a search as well.
         expert: settings for users who know the method.
     """
 

@@ -100,11 +100,18 @@ def released_figures(provenance: Provenance | None) -> RunFigures | None:
     if measured is None:
         return None
     try:
-        return read_figures(RunFigures, measured)
+        found = read_figures(RunFigures, measured)
     except ValidationError as error:
         first, *others = error.errors()
         place, more = ".".join(map(str, first["loc"])), f" and {len(others)} more" * bool(others)
-        raise ValueError(
-            f"measured figures in the FMU: {place}{more}: {first['msg']}; expected those that "
-            "this version of slide-fmu writes: make the FMU anew (slide-fmu run)"
-        ) from error
+        raise ValueError(_other_form(f"{place}{more}: {first['msg']}")) from error
+    if not found.validation:
+        raise ValueError(_other_form("validation: it is empty"))
+    return found
+
+
+def _other_form(what: str) -> str:
+    return (
+        f"measured figures in the FMU: {what}; expected those that this version of slide-fmu "
+        "writes: make the FMU anew (slide-fmu run)"
+    )

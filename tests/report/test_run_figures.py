@@ -54,6 +54,7 @@ def test_remark_stands_beside_the_sizes_of_a_training_that_is_known() -> None:
         ({"parameters": None}, ("parameters", "slide-fmu run")),
         ({"validation": {"in range": {}}}, ("validation.in range.fmu", "more")),
         ({"name": 3}, ("name", "string")),
+        ({"validation": {}}, ("validation: it is empty", "slide-fmu run")),
     ],
 )
 def test_figures_of_another_form_are_refused(

@@ -24,7 +24,7 @@ from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
-from tests.benchmarks.coupled_trust import FINER, has_bound, replayed, truth
+from tests.benchmarks.coupled_trust import FINER, best_speeds, has_bound, replayed, truth
 from tests.own_models.systems.cut_machine import CutMachine, relative_error
 
 METHODS: dict[str, dict[str, str]] = {
@@ -47,6 +47,8 @@ SEED = 9000
 REPEATS = 5
 STEPS = (2000, 24)
 """Steps of the runs whose CPU time is measured: the fewer ones where explicit steps grow."""
+SHORT = 20.0
+"""Time in s of the runs whose speed is measured."""
 
 
 def accuracy(
@@ -160,6 +162,20 @@ def cost(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str,
     return {**found, "newton over gauss_seidel": found["newton"] / found["gauss_seidel"]}
 
 
+def speeds(machine: CutMachine, folder: Path, kinds: Mapping[str, Surrogates]) -> dict[str, float]:
+    """Return simulated seconds for each second of computing: the whole machine, and coupled."""
+    partner = next(iter(machine.partners.values()))
+    command = machine.drive(partner, SEED, SHORT)
+    ways: dict[str, Callable[[], Any]] = {
+        f"newton, {kind}": partial(
+            machine.run, folder, surrogates, partner, command, machine.step, SHORT
+        )
+        for kind, surrogates in kinds.items()
+    }
+    ways["whole machine"] = partial(machine.whole, partner, command, machine.step, SHORT)
+    return best_speeds(SHORT, ways, 2)
+
+
 def bounds(
     machine: CutMachine, folder: Path, surrogates: Surrogates, stop: float, smooth: bool = False
 ) -> Any:
@@ -229,6 +245,8 @@ def measure(machine: CutMachine, arguments: argparse.Namespace, bar: Stages) -> 
         for kind, surrogates in kinds.items() if arguments.steps else []:
             found[kind]["stable steps"] = stability(machine, folder, surrogates)
             found[kind]["seconds of a step"] = cost(machine, folder, surrogates)
+        if arguments.steps:
+            found["simulated seconds in a second"] = speeds(machine, folder, kinds)
         for kind, surrogates in kinds.items():
             if any(map(has_bound, surrogates.values())):
                 found[kind]["bounds"] = bounds(machine, folder, surrogates, stop)

@@ -101,18 +101,22 @@ def replayed(
 def speeds(
     stop: float, mass: float, rides: Mapping[str, Callable[[], Any]], repeats: int
 ) -> dict[str, float]:
-    """Return simulated seconds for each second of computing, the best of some runs."""
+    """Return the speeds of coupled cars, and of the whole car."""
     ways = {
         f"whole car, tolerance {tolerance:g}": partial(whole, mass, *road(stop), tolerance)
         for tolerance in (1e-9, PRACTICAL)
     }
+    return best_speeds(stop, {**ways, **rides}, repeats)
+
+
+def best_speeds(
+    stop: float, ways: Mapping[str, Callable[[], Any]], repeats: int
+) -> dict[str, float]:
+    """Return simulated seconds for each second of computing, the best of some runs."""
 
     def seconds(way: Callable[[], Any]) -> float:
         before = time.process_time()
         way()
         return time.process_time() - before
 
-    return {
-        name: stop / min(seconds(way) for _ in range(repeats))
-        for name, way in {**ways, **rides}.items()
-    }
+    return {name: stop / min(seconds(way) for _ in range(repeats)) for name, way in ways.items()}

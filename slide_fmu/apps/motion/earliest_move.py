@@ -27,6 +27,10 @@ ends."""
 PLANNED = 0.7
 """Fraction of the tolerance minus margin that a plan uses: margins differ between moves."""
 
+VERIFIED = 0.9
+"""Fraction of the tolerance that a plan uses if the reference model verifies the move: the rest is
+for the error of the prediction, which the second plan for a duration knows."""
+
 
 SLOWER = (1.0, 1.5, 2.0, 3.0)
 """If moves leave the domain, slower ones with these multiples of the shortest time are tried."""
@@ -185,7 +189,8 @@ def _of_duration(
     """
     begin, found = shaped_shares(response, profile, float(response.time[end])), []
     for _ in range(TRIES):
-        allowed = PLANNED * (problem.tolerance - margin)
+        part = PLANNED if problem.reference is None else VERIFIED
+        allowed = part * (problem.tolerance - margin)
         if allowed <= 0:
             break
         planned = shape(response, problem.limits, begin, end, allowed, not problem.straight)

@@ -18,7 +18,7 @@ from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.base import batches
 
-REACHES = (0.1, 0.02, 0.005)
+REACHES = (0.1, 0.02, 0.005, 0.002, 0.001)
 """Largest changes of a share of the route, one for each round of linearization; they fall, so that
 the rounds converge."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -184,13 +184,11 @@ class MultiStart:
         Raises:
             ValueError: the order is too high for the window, or its turned pairs do not fit.
         """
-        shape, data = self.shape(order, 0), self.data
-        many = data.whole.targets.numel() > MOST_RESIDUALS
-        found = []
+        shape, data, found = self.shape(order, 0), self.data, []
+        segments = data.part if data.whole.targets.numel() > MOST_RESIDUALS else data.whole
         for source, model in self._linear_starts(shape).items():
             theta = shape.linear(*model).to(data.features)
             name = f"linear, {order} states, from {source}"
-            segments = data.part if many else data.whole
             found.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
         return min(found, key=lambda candidate: candidate.error)
 
@@ -198,8 +196,8 @@ class MultiStart:
         """Return the linear models to start from, by the name of their origin."""
         order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
         generator = torch.Generator().manual_seed(self.training.seed)
-        unknown = np.zeros(0, np.complex128)
-        known = unknown if self.problem.eigenvalues is None else self.problem.eigenvalues
+        given = self.problem.eigenvalues
+        known = np.zeros(0, np.complex128) if given is None else given
         if shape.turned:
             sizes = (order, shape.turned, n_drive, shape.n_outputs)
             return {"turned pairs": from_turned_pairs(known, step, sizes, generator)}
@@ -221,25 +219,23 @@ class MultiStart:
         """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, n_units)
-        features = self.data.part.features
-        _, states = simulate(old, linear.state.best, features, self.data.part.phi)
-        cells = old.cells(linear.state.best)
+        part, cells = self.data.part, old.cells(linear.state.best)
+        _, states = simulate(old, linear.state.best, part.features, part.phi)
         if not shape.turned:  # turning pairs keep their coordinates
             cells = [rescale(old, cell, states, whiten=number % 2 == 1) for cell in cells]
         cells = in_substeps(cells, shape.substeps)
         seed = (self.training.seed * START_STRIDE + number) % 2**32
         theta = widen_all(cells, shape, torch.Generator().manual_seed(seed))
         name = f"start {number}, {order} states, {n_units} units"
-        return self.run(name, shape, theta, self.data.part, self.training.expert.start_iterations)
+        return self.run(name, shape, theta, part, self.training.expert.start_iterations)
 
     def best_of(self, starts: Sequence[Candidate]) -> Candidate:
         """Run the best starts for more iterations on the same data, and return the best."""
         ranked = sorted(starts, key=lambda start: start.error)
-        kept = []
-        for place, start in enumerate(ranked[: self.training.expert.kept]):
+        kept, expert = [], self.training.expert
+        for place, start in enumerate(ranked[: expert.kept]):
             name = f"kept {place}, {start.shape.n_states} states, {start.shape.n_units} units"
-            iterations = self.training.expert.kept_iterations
-            kept.append(self._go_on(name, start, self.data.part, iterations))
+            kept.append(self._go_on(name, start, self.data.part, expert.kept_iterations))
         return min(kept, key=lambda candidate: candidate.error)
 
     def judged(self, candidate: Candidate, number: int = 0) -> Candidate:
@@ -283,12 +279,16 @@ class MultiStart:
     def refine_known(self, candidate: Candidate) -> Candidate:
         """Run a known network on all data, and return the best result by validation.
 
-        Measured data have a prior on its weights that becomes weaker. Simulated ones need none.
+        Measured data have a prior on its weights that becomes weaker. Simulated ones need none,
+        and the start is no candidate then: it may lack kinds that are learnt but not validated.
         """
-        if self.problem.eigenvalues is not None:  # simulated, without noise
-            return self.refine(candidate)
         shape, theta, whole = candidate.shape, candidate.state.best, self.data.whole
-        found = [Candidate(shape, Iterate.begin(theta, self.data.least_squares(shape, whole)))]
+        begin = Iterate.begin(theta, self.data.least_squares(shape, whole))
+        if self.problem.eigenvalues is not None:  # simulated, without noise
+            begun = Candidate(shape, replace(begin, best_error=math.inf))
+            done = self.refine(begun, afresh=False)
+            return done if math.isfinite(done.error) else Candidate(shape, begin)
+        found = [Candidate(shape, begin)]
         most = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
             last, prior = found[-1].state.theta, Prior.around(shape, theta, strength)

@@ -92,6 +92,29 @@ def test_only_measured_data_hold_the_known_weights(
     assert (not held, len(runs)) == ((True, 1) if simulated else (False, len(STRENGTHS)))
 
 
+@pytest.mark.parametrize("simulated", [True, False])
+def test_simulated_data_that_differ_from_validation_are_learnt(
+    tmp_path: Path, known: StateSpace, simulated: bool
+) -> None:
+    """The known network is the best by validation, which does not have the new stiffness."""
+    new = 0.9
+    problem = replace(
+        parametric_problem(tmp_path),
+        training=springs(6, np.full(16, new)),
+        validation=springs(5, np.full(6, MIDDLE)),
+        physical=None,
+        start=known,
+        eigenvalues=np.array([-0.1 + 0.8j]) if simulated else None,
+    )
+    found = fit(problem, {}, iterations=6).network
+    inputs, outputs = (values.numpy() for values in springs(3, np.full(4, new)))
+    own, before = (
+        float(np.std((network.stream(inputs) - outputs[:, 1:])[:, known.n_samples :]))
+        for network in (found, known)
+    )
+    assert (own < 0.2 * before) == simulated
+
+
 def test_coefficients_of_terms_are_held_like_the_constant_ones() -> None:
     """They are zero at first, which must not hold them for ever."""
     one = plain(3, 2, 4, 1)

@@ -1,16 +1,22 @@
 """Print the table of the released FMUs for the README: ``python fmus/table.py``.
 
-The errors are those of the first output, relative RMSE: first that of the plain call, then that of
+The errors are the relative RMSE of the worst output: of the plain call under inputs as in the
+training, of the plain call under smooth inputs where inputs are held over each step, and with
 inputs which are known to the end of each step.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from slide_fmu.fmu.export import read_fmu
 
+COLUMNS = {
+    "rough": "plain call",
+    "smooth_if_held": "plain call, smooth inputs",
+    "known_to_step_end": "inputs known to the step's end",
+}
+"""Figures of the plain call by their names, with the titles of their columns."""
 SMALLEST = 1e-5
 """Errors below this part are not told apart."""
 
@@ -19,10 +25,9 @@ def row_of(fmu: Path) -> str:
     """Return the row of one FMU; an error that was not measured is left out."""
     _, provenance = read_fmu(fmu)
     found = (provenance or {})["measured"].get("plain_call")
-    output: dict[str, Any] = found["outputs"][0] if found else {}
-    plain = output.get("smooth")
-    cells = [output.get("rough") if plain is None else plain, output.get("known_to_step_end")]
-    errors = ["" if error is None else _shown(error) for error in cells]
+    outputs = found["outputs"] if found else []
+    measured = [[one[name] for one in outputs if one[name] is not None] for name in COLUMNS]
+    errors = [_shown(max(each)) if each else "" for each in measured]
     name = fmu.stem
     return f"| [`{name}`](fmus/{name}/README.md) | {' | '.join(errors)} |"
 
@@ -33,7 +38,7 @@ def _shown(error: float) -> str:
 
 def main() -> None:
     """Print the table."""
-    print("| FMU | plain call | inputs known to the step's end |\n| --- | --- | --- |")
+    print(f"| FMU | {' | '.join(COLUMNS.values())} |\n| --- {'| --- ' * len(COLUMNS)}|")
     for fmu in sorted(Path(__file__).parent.glob("*/*.fmu")):
         print(row_of(fmu))
 

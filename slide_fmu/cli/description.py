@@ -13,9 +13,11 @@ from rich.errors import NotRenderableError
 from slide_fmu.cli.console import figures_console
 from slide_fmu.core.figures import read_figures
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import Provenance
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.report.console import print_table, print_validation
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.table import ReportTable
@@ -126,14 +128,29 @@ def _show_network(surrogate: Surrogate, out: Console) -> None:
     also = ""
     if estimator is not None:
         also = f"; its error estimator has {estimator.network.count_parameters()}"
-    out.print(f"network  {surrogate.network.count_parameters()} weights{also}")
+    family = "state_space" if isinstance(surrogate.network, StateSpace) else "feed_forward"
+    out.print(f"network  {family}, {surrogate.network.count_parameters()} weights{also}")
     if bound is not None:
         *others, last = (f"{100 * confidence:g} %" for confidence in bound.confidences)
         confidences = f"{', '.join(others)} or {last}" if others else last
-        out.print(f"bound    of the error, with a confidence of {confidences}")
+        out.print(
+            f"bound    of the error, with a confidence of {confidences}{_trusted(surrogate)}"
+        )
         if bound.span is not None:
             span = bound.span.samples * window.step
             out.print(f"estimate of the error over {span:g} s, by the networks of the bound")
+
+
+def _trusted(surrogate: Surrogate) -> str:
+    """Say up to which bounds steps are trusted, unless the importer sets other tolerances."""
+    bound, scales = surrogate.bound, surrogate.output_scaling.scale
+    if bound is None or bound.tolerances is None:
+        return ""
+    most = (
+        f"{quantity(float(tolerance), one.unit)} of {one.name}"
+        for one, tolerance in zip(surrogate.outputs, bound.tolerances * scales, strict=True)
+    )
+    return f"; at the start, tolerances are {', '.join(most)}"
 
 
 def _show_error(measured: RunFigures, out: Console) -> None:

@@ -37,7 +37,8 @@ class Subject:
     """A Subject holds the properties of an FMU that its verdict needs.
 
     Attributes:
-        inputs: name, low, high and unit of each input of the FMU.
+        inputs: name, low, high and unit of each input of the FMU, but for cosine and sine of an
+            angle: it turns without end, and their range says nothing.
         memory: time in s for which its outputs depend on an input.
         step: the FMU's step in s, at which all errors are measured.
         planned: whether its inputs are planned motions.
@@ -51,7 +52,9 @@ class Subject:
     @classmethod
     def of(cls, surrogate: Surrogate) -> Subject:
         """Return the properties of a surrogate that its verdict needs."""
-        inputs = tuple((s.name, s.low, s.high, s.unit) for s in surrogate.inputs)
+        inputs = tuple(
+            (s.name, s.low, s.high, s.unit) for s in surrogate.inputs if s.angle is None
+        )
         step = surrogate.window.step
         return cls(inputs, surrogate.network.memory_length * step, step, surrogate.planned)
 
@@ -73,7 +76,7 @@ def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
         _smooth_or_known(measured.plain_call, subject.planned, in_range.error_bound is not None),
         _box(measured.box),
         _bound(in_range, measured),
-        _estimate(in_range.error_estimate),
+        _estimate(in_range.error_estimate, measured.plain_call),
         _valid(subject, in_range, others),
         _time(in_range.timing)
         + f"Its outputs depend on the inputs of the last {subject.memory:.4g} s.",
@@ -189,13 +192,15 @@ def _shares(values: Iterable[float]) -> str:
     return " to ".join(dict.fromkeys(map(percent, found[:1] + found[-1:])))
 
 
-def _estimate(found: EstimateFigures | None) -> str | None:
+def _estimate(found: EstimateFigures | None, call: PlainCallFigures | None) -> str | None:
     """Say how far the error estimate is off."""
     if found is None or not found.without_floor:
         return None
     own, constant = max((one.mean, one.constant_mean) for one in found.without_floor)
+    moving = call is not None and call.worst("known_to_step_end") is not None
+    begin = "With inputs known to the step's end, on average," if moving else "On average,"
     text = (
-        f"On average, its error estimate differs from the true error by {percent(own)}; the best "
+        f"{begin} its error estimate differs from the true error by {percent(own)}; the best "
         f"constant estimate would differ by {percent(constant)}."
     )
     if found.plain:
@@ -213,7 +218,8 @@ def _valid(
         for name, low, high, unit in subject.inputs
     ]
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
-    text = f"Valid for inputs like those of its training, within their ranges{shown}"
+    within = f", within their ranges{shown}" if ranges else ""
+    text = f"Valid for inputs like those of its training{within}"
     _, bad = _kinds(in_range)
     if bad:
         text += f", except {', '.join(bad)}: more of their errors than usual are large. "

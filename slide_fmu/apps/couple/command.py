@@ -60,7 +60,7 @@ def couple(
     tolerance: Annotated[
         float | None,
         typer.Option(
-            help="Implicit steps end at this difference, as a part of a size. Default: 1e-4."
+            help="Implicit steps end at this difference, as a part of a size. Default: 1e-5."
         ),
     ] = None,
     inputs: Annotated[

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import re
+import zipfile
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slide_fmu.apps.motion.solve import solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
 from slide_fmu.apps.page.page import write_page
-from slide_fmu.fmu.export import read_fmu
+from slide_fmu.fmu.export import export_fmu, read_fmu
 from tests.apps.page.conftest import FMUS
 from tests.browser import Browser
 
 NAME = "slider_crank_payload"
 FMU = FMUS / NAME / f"{NAME}.fmu"
+
+NARROW = 0.03
+"""Factor on the last limit of a domain, with which only slower moves are inside."""
 
 VERDICT = "document.querySelector('.verdict').textContent"
 CATCH = "URL.createObjectURL = (blob) => { window.saved = blob.text(); return '#'; }; null"
@@ -71,8 +77,16 @@ def test_browser_finds_what_the_command_finds(
 def test_moves_that_leave_the_domain_are_no_answer_so_slower_ones_are_tried(
     chromium: Browser, tmp_path: Path
 ) -> None:
-    """The FMU is the slider-crank with which the training of the payload begins."""
-    fmu = FMUS / "slider_crank" / "slider_crank.fmu"
+    """The domain is smaller than that of the released slider-crank, which knows fast moves."""
+    released = FMUS / "slider_crank" / "slider_crank.fmu"
+    surrogate, provenance = read_fmu(released)
+    assert surrogate.bound is not None
+    limits = surrogate.bound.limits * np.where(np.arange(14) == 13, NARROW, 1.0)
+    narrow = replace(surrogate, bound=replace(surrogate.bound, limits=limits))
+    with zipfile.ZipFile(released) as archive:  # the limits of moves follow from its experiment
+        names = [name for name in archive.namelist() if name.startswith("extra/")]
+        extra = {name.removeprefix("extra/"): archive.read(name) for name in names}
+    fmu = export_fmu(narrow, tmp_path / "narrow.fmu", provenance=provenance, extra=extra)
     chromium.open(write_page(fmu, tmp_path / "bounded.html"), "#inputs=0")
     _click(chromium, "way-moves")
     chromium.until(f"{VERDICT} !== ''")

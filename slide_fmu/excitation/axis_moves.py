@@ -196,7 +196,7 @@ def _held(time: FloatArray, hold: tuple[int, int], rng: np.random.Generator) -> 
     count = int(rng.integers(hold[0], hold[1] + 1))
     begun = int(rng.integers(count))  # samples since the slower clock ticked, at the first one
     sample = np.arange(len(time))
-    return time[np.maximum(sample - (sample + begun) % count, 0)]
+    return np.asarray(time[np.maximum(sample - (sample + begun) % count, 0)])
 
 
 def _path(axis: _Axis, until: float, over: float, rng: np.random.Generator) -> _Path:

@@ -26,12 +26,12 @@ def _rows(fmu: str) -> list[str]:
     harm, outputs = other["harm"], bound["outputs"]
     covered = [output["coverage"] for output in outputs]
     plain = bound["plain"]["coverage"] if "plain" in bound else covered  # held inputs: the same
-    untrusted = [bound["untrusted"]]
-    untrusted += [bound["plain"]["untrusted"]] if "plain" in bound else []
+    plainly = bound["plain"] if "plain" in bound else bound
     return [
         _percent(covered, 1),
         _percent(plain, 1),
-        f"{', '.join(f'{100 * share:.2g}' for share in untrusted)} %",
+        f"{100 * bound['untrusted']:.2g} %",
+        f"{100 * plainly['untrusted']:.2g} %",
         _percent([output["coverage_of_worst_trajectories"] for output in outputs], 1),
         ", ".join(f"{output['width']:.2f}" for output in outputs),
         _percent([output["skill"] for output in outputs], 0),

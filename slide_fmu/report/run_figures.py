@@ -81,8 +81,9 @@ class RunFigures:
 
     @property
     def in_range(self) -> ValidationFigures:
-        """The validation of the smallest amplitudes."""
-        return next(iter(self.ordered.values()))
+        """The validation in range, or of the smallest amplitudes."""
+        found = self.ordered.values()
+        return next((each for each in found if each.in_range), next(iter(found)))
 
     @property
     def usual_error(self) -> float:

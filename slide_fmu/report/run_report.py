@@ -76,7 +76,8 @@ def run_figures(
     """
     surrogate, source = found.surrogate, case.source
     response, sections = affine_response(source, surrogate)
-    useless = (h.remark for name, h in found.histories.items() if name != "surrogate")
+    networks = ("surrogate", "companion")  # their remarks are about errors of outputs
+    useless = (h.remark for name, h in found.histories.items() if not name.startswith(networks))
     figures = RunFigures(
         name=case.recipe.name,
         command=command,

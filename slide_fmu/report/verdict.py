@@ -68,8 +68,10 @@ def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
     """
     if measured is None:
         return ()
-    in_range, *others = sorted(
-        measured.validation.values(), key=lambda v: (v.amplitude[1] > 1, v.held_out)
+    in_range = measured.in_range
+    others = sorted(
+        (each for each in measured.validation.values() if each is not in_range),
+        key=lambda v: (v.amplitude[1] > 1, v.held_out),
     )
     found = [
         _plain(measured.plain_call, in_range, subject),

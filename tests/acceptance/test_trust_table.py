@@ -26,7 +26,7 @@ def _rows(fmu: str) -> list[str]:
     harm, outputs = other["harm"], bound["outputs"]
     covered = [output["coverage"] for output in outputs]
     plain = bound["plain"]["coverage"] if "plain" in bound else covered  # held inputs: the same
-    plainly = bound["plain"] if "plain" in bound else bound
+    plainly = bound.get("plain", bound)
     return [
         _percent(covered, 1),
         _percent(plain, 1),

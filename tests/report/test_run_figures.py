@@ -43,6 +43,18 @@ def test_dump_has_no_keys_of_what_there_is_not() -> None:
     assert "free_relative_rmse" not in in_range["outputs"][0]
 
 
+def test_in_range_is_not_chosen_by_the_order_of_names() -> None:
+    outputs = [{"name": "y", "rmse": 1.0}]
+    beyond = [{"name": "y", "rmse": 9.0}]
+    found = run_figures(
+        validation={
+            "beyond the range": {"amplitude": (0.5, 1.0), "outputs": beyond},
+            "in range": {"amplitude": (1.0, 1.0), "outputs": outputs},
+        }
+    )
+    assert found.usual_error == 1.0
+
+
 def test_remark_stands_beside_the_sizes_of_a_training_that_is_known() -> None:
     known: RunFigures = run_figures(sizes_tried=[])
     assert known.dump()["remark"] is None

@@ -91,8 +91,9 @@ class Component:
         self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
         self.ours = is_ours(self.description)
         self._slopes_up_to = 0.0  # s
-        known = kind.providesDirectionalDerivative and all(map(is_trained, self._read))
-        if self.ours and known:
+        # FMPy does not read this attribute in FMI 3.0, whose FMUs of slide-fmu all have it
+        given = kind.providesDirectionalDerivative or self.description.fmiVersion.startswith("3")
+        if self.ours and given and all(map(is_trained, self._read)):
             self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
 

@@ -211,7 +211,7 @@ def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:
     """Return the variables whose values are in the result."""
     if options.record is not None:
-        return [recorded_pin(system, name) for name in options.record]
+        return [recorded_pin(system, name) for name in dict.fromkeys(options.record)]
     used = [link.target for link in system.links] + list(system.courses)
     outputs = [
         Pin(name, variable) for name in system.paths for variable in _plain_outputs(system, name)

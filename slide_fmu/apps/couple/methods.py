@@ -68,7 +68,7 @@ class Explicit(Method):
         for k in range(len(all_)):
             loop.step([k], time, length, now, stepped)
             part, waits[loop.places[k]] = loop.parts[k], False
-            known = np.array([part.start <= source < part.stop for source in loop.sources])
+            known = np.array([part.start <= source < part.stop for source in loop.sources], bool)
             new = loop.values(stepped.end)
             mean = np.where(loop.held, 0.5 * (before + new), new) if self._linear else new
             now = np.where(known & waits, mean, now)
@@ -164,7 +164,7 @@ class Implicit(Method):
         for k in which:
             loop.step([k], *when, now, stepped)
             part, waits[loop.places[k]] = loop.parts[k], False
-            new = [part.start <= source < part.stop for source in loop.sources]
+            new = np.array([part.start <= source < part.stop for source in loop.sources], bool)
             now = np.where(waits & new, loop.given(stepped), now)
         return now
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -68,7 +70,9 @@ class Coupled:
     def write(self, path: str | Path) -> Path:
         """Write a table as CSV, with a column for the time and for each value; return its path."""
         table = np.column_stack([self.time, *self.values.values()])
-        lines = [",".join(["time", *self.values])]
-        lines += [",".join(f"{value:.9g}" for value in row) for row in table]
-        write_whole(Path(path), ("\n".join(lines) + "\n").encode("utf-8"))
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")  # names of Modelica may have commas
+        rows.writerow(["time", *self.values])
+        rows.writerows([f"{value:.9g}" for value in row] for row in table)
+        write_whole(Path(path), text.getvalue().encode("utf-8"))
         return Path(path)

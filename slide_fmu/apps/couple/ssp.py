@@ -163,9 +163,16 @@ def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
         ValueError: it has no column ``time`` first, two columns of one name, or a row with
             something else than numbers.
     """
-    with path.open(newline="", encoding="utf-8-sig") as file:  # Excel begins files with a mark
-        heading, *rows = list(csv.reader(file)) or [[]]
-    if len(heading) < 2 or heading[0] != "time" or len(rows) < 1:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:  # Excel begins files with a mark
+            heading, *rows = list(csv.reader(file)) or [[]]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(
+            f"{path} cannot be read ({error}); expected a table of comma-separated values in UTF-8"
+        ) from error
+    if len(heading) >= 2 and heading[0] == "time" and not rows:
+        raise ValueError(f"{path} has no rows; expected numbers below the names of its columns")
+    if len(heading) < 2 or heading[0] != "time":
         raise ValueError(
             f"{path} begins with the columns {heading}; expected time, then COMPONENT.VARIABLE "
             "for each input, and rows of numbers below"

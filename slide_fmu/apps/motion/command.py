@@ -58,7 +58,7 @@ def motion(
     """Choose a fast motion with little vibration, or correct the set points of a path."""
     from slide_fmu.apps.motion.motion_report import motion_report, move_tables, remark_on_moves
     from slide_fmu.apps.motion.path_correction import correct, write_corrected
-    from slide_fmu.apps.motion.path_report import path_report, path_table
+    from slide_fmu.apps.motion.path_report import path_report, path_table, remark_on_path
     from slide_fmu.apps.motion.solve import solve, write_set_points
     from slide_fmu.apps.motion.task import PathTask, read_task
 
@@ -70,7 +70,7 @@ def motion(
         if isinstance(wanted, PathTask):
             corrected = correct(fmu, wanted, verify, bar)
             report, tables = path_report(corrected), [path_table(corrected)]
-            surrogate, remarks = corrected.surrogate, []
+            surrogate, remarks = corrected.surrogate, [remark_on_path(corrected)]
         else:
             solved = solve(fmu, wanted, seed, verify, bar)
             report, tables, surrogate = (

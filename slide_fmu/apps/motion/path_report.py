@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.apps.motion.motion_report import limit_table, panels_by_unit
-from slide_fmu.apps.motion.path_correction import Corrected, PathErrors
+from slide_fmu.apps.motion.path_correction import Corrected, CorrectedFigures, PathErrors
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.signals import FloatArray
@@ -20,8 +20,8 @@ def path_report(corrected: Corrected) -> Report:
     found, unit = figures.predicted, figures.unit
     summary = (
         f"The path is off by {quantity(found.rms_before, unit)} RMS as it is, and by "
-        f"{quantity(found.rms_after, unit)} with its corrections, as the surrogate predicts. It "
-        f"may be off by {quantity(figures.largest_margin, unit)} in that: {figures.margin_is}."
+        f"{quantity(found.rms_after, unit)} with its corrections, as the surrogate predicts. "
+        f"{_margin_words(figures)}"
     )
     text = (
         "Errors are distances of the outputs from where they are wished to be. For the tool of a "
@@ -43,11 +43,32 @@ def path_report(corrected: Corrected) -> Report:
     return Report(title, summary, figures, sections, verdict=Verdict(facts=_facts(corrected)))
 
 
+def _margin_words(figures: CorrectedFigures) -> str:
+    """Say how far the prediction may be off."""
+    if figures.largest_margin == 0.0:
+        return f"How far it may be off in that is not known: the margin is {figures.margin_is}."
+    margin = quantity(figures.largest_margin, figures.unit)
+    return f"It may be off by {margin} in that: {figures.margin_is}."
+
+
+def remark_on_path(corrected: Corrected) -> str | None:
+    """Say which part of the corrected path the surrogate does not know; None if it knows all."""
+    known = corrected.figures().known
+    if known == 1.0:
+        return None
+    return (
+        f"{percent(1.0 - known)} of the path is outside of the domain of the surrogate, where its "
+        "margin says nothing: choose a slower path, or rely on --verify alone."
+    )
+
+
 def _facts(corrected: Corrected) -> list[Fact]:
     """Return the large numbers: the error before and after, by surrogate and reference."""
     figures = corrected.figures()
     unit, found = figures.unit, figures.predicted
-    margin = f"As the surrogate predicts, to within {quantity(figures.largest_margin, unit)}."
+    margin = "As the surrogate predicts."
+    if figures.largest_margin > 0.0:
+        margin = f"As the surrogate predicts, to within {quantity(figures.largest_margin, unit)}."
     facts = [
         Fact("Before", quantity(found.rms_before, unit), "RMS error of the path as it is."),
         Fact("After", quantity(found.rms_after, unit), margin),

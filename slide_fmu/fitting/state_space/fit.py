@@ -63,28 +63,28 @@ def fit_state_space(
     if network.units == "auto" and problem.start is None:
         network, kinds = choose_units(data, progress)
         data = replace(data, network=network)
-    multi_start = MultiStart(data, progress)
-    if problem.start is not None:
+    multi_start, chosen = MultiStart(data, progress), None
+    if problem.start is None:
+        chosen = choose_sizes(multi_start)
+        winner = compete(multi_start, chosen)
+    else:
         multi_start.ledger.plan(training.iterations)
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
-        multi_start.ledger.finish()
-        return FittedNetwork(freeze(winner, data), _history(winner, data), network)
-    chosen = choose_sizes(multi_start)
-    winner = compete(multi_start, chosen)
     multi_start.ledger.finish()
     if not math.isfinite(winner.error):
-        raise TrainingError(
-            "training diverged: no start of the state-space network has a finite validation "
-            "error; give more starts (training.starts) or a lower network.order"
-        )
+        mend = "give more starts (training.starts) or a lower network.order"
+        mend = mend if chosen else "begin with another FMU (training.start)"
+        raise TrainingError(f"training diverged: no start has a finite validation error; {mend}")
+    if chosen is None:
+        return FittedNetwork(freeze(winner, data), _history(winner, data), network)
     history = replace(
         _history(winner, data),
         sizes=chosen.tried,
         units=kinds,
         remark=remark_on(winner, still_learnable(data, winner), data),
     )
-    n_states, n_units = winner.shape.n_states, winner.shape.n_units
-    order = n_states - (network.padding if n_units else 0)
+    n_units = winner.shape.n_units
+    order = winner.shape.n_states - (network.padding if n_units else 0)
     table = network.model_copy(update={"order": order, "hidden": n_units})
     return FittedNetwork(freeze(winner, data), history, table)
 

@@ -164,6 +164,8 @@ def test_recorded_inputs_of_an_ssp_are_held_as_they_are(tmp_path: Path, method: 
         ("t,lower.road\n0,0\n", ("columns ['t'", "expected time")),
         ("time,lower.road\n0,x\n", ("line 2", "expected 2 numbers")),
         ("time,lower.road,lower.road\n0,1,2\n", ("['lower.road'] more than once",)),
+        ("time,lower.road\n", ("has no rows", "expected numbers")),
+        (f"time,lower.road\n0,{'1' * 200_000}\n", ("cannot be read", "UTF-8")),
         ("\ufefftime,lower.road\n0,x\n", ("line 2",)),  # the mark of Excel is no part of a name
     ],
 )

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
+from slide_fmu.apps.couple.result import Coupled, CoupledFigures
+from slide_fmu.apps.couple.ssp import read_inputs
+from tests.figures import filled
 
 ROOT = Path(__file__).parents[3]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
@@ -95,3 +98,49 @@ def test_derivatives_of_an_fmu_replace_differences(tmp_path: Path) -> None:
         1 + 0.5 * run["one.position"][1:], rel=1e-3, abs=1e-6
     )
     assert run.figures.iterations <= 3
+
+
+def test_both_standards_give_the_same_coupled_motion(
+    halves: dict[str, Path], tmp_path: Path
+) -> None:
+    """Without its derivatives, Newton's method would look inside of the surrogate's samples."""
+    three = slide.export_fmu(slide.load(DUFFING), tmp_path / "three.fmu", fmi=3)
+    links = [("one.position", "mass.force"), ("mass.position", "one.force")]
+    found = []
+    for fmu in (DUFFING, three):
+        run = slide.couple(
+            {"one": fmu, "mass": halves["upper"]},
+            links,
+            step=0.03,
+            stop=3.0,
+            parameters={"mass.mass": 0.001, "mass.start": 0.5},
+        )
+        found.append(run["one.position"])
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-9 * np.ptp(found[0]))
+
+
+@pytest.mark.parametrize("method", ["jacobi", "gauss_seidel", "fixed_point", "newton"])
+def test_components_without_connections_run_side_by_side(method: str) -> None:
+    names = ["one.position", "two.position"]
+    run = slide.couple(
+        {"one": DUFFING, "two": DUFFING},
+        [],
+        step=0.03,
+        stop=1.2,
+        method=method,
+        inputs={"one.force": 200.0, "two.force": -200.0},
+        record=[*names, names[0]],  # twice the same is once
+    )
+    one, two = (run[name] for name in names)
+    assert one == pytest.approx(0.124, abs=1e-3)  # a held force: no motion
+    np.testing.assert_allclose(two, -one, atol=1e-3)
+
+
+def test_names_with_commas_are_written_so_that_they_can_be_read(tmp_path: Path) -> None:
+    names = ["body.R[1,2]", "body.v"]
+    table = {name: np.array([1.0, 2.0]) for name in names}
+    figures = filled(CoupledFigures)
+    written = Coupled(np.array([0.0, 0.5]), table, {}, figures).write(tmp_path / "out.csv")
+    found = read_inputs(written)
+    assert list(found) == names
+    np.testing.assert_array_equal(found["body.R[1,2]"], [[0.0, 0.5], [1.0, 2.0]])

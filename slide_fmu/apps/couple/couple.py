@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fmpy.fmi1 import FMICallException
 
 from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, is_trained, opened
 from slide_fmu.apps.couple.control import Control, Taken, run_steps
@@ -27,6 +28,7 @@ from slide_fmu.apps.couple.structure import (
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import CoSimulationError
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""
@@ -103,6 +105,7 @@ def run_coupled(
     _require_steps(system, options)
     recorded = _recorded(system, options)
     with ExitStack() as stack:
+        stack.enter_context(_calls_of(system))
         components = []
         for name in system.paths:
             plain = options.method == "jacobi" and options.extrapolation == "zero"
@@ -206,6 +209,18 @@ def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
                 "method"
             )
     return found
+
+
+@contextmanager
+def _calls_of(system: CoupledSystem) -> Iterator[None]:
+    """Tell of a call that an FMU refuses without a reason."""
+    try:
+        yield
+    except FMICallException as error:
+        raise CoSimulationError(
+            f"one of the components {list(system.paths)} refuses a call: {error}; expected it to "
+            "be taken, or a reason, which the FMU does not give: run each FMU alone"
+        ) from error
 
 
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:

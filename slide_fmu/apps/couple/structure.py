@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -112,8 +114,19 @@ def coupled_system(
     values: dict[str, dict[str, Any]] = {name: {} for name in paths}
     for name, value in parameters.items():
         pin = _pin(bare, name)
+        _require_number(name, value, bare.variable(pin).type)
         values[pin.component][pin.variable] = value
     return CoupledSystem(paths, descriptions, links, values, courses)
+
+
+def _require_number(name: str, value: Any, kind: str) -> None:
+    """Refuse a number that is not finite, and a fraction for a whole number."""
+    if not isinstance(value, numbers.Real):
+        return
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {value}; expected a finite number")
+    if kind not in (*REALS, "Float32") and not float(value).is_integer():
+        raise ValueError(f"{name} = {value:g}; expected a whole number, since its type is {kind}")
 
 
 def _description(name: str, path: Path) -> Any:

@@ -14,6 +14,7 @@ from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
 from tests.own_models.halves.cut_car import LINKS
 from tests.own_models.quarter_car import build_in_c
+from tests.python_fmus import write_python_fmu
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
@@ -55,6 +56,7 @@ def test_wrong_connection_is_refused(
         ({"inputs": {"lower.body": 0.0}}, ("lower.body", "one source")),
         ({"inputs": {"lower.road": ([0, 0], [1, 2])}}, ("lower.road", "rise")),
         ({"parameters": {"upper.weight": 1.0}}, ("no variable 'weight'",)),
+        ({"parameters": {"upper.mass": float("nan")}}, ("upper.mass = nan", "finite")),
         ({"record": ["upper.height"]}, ("'height'", "position")),
     ],
 )
@@ -63,6 +65,30 @@ def test_wrong_option_is_refused(
 ) -> None:
     with refused(ValueError, *words):
         slide.couple(halves, LINKS, **{"step": 0.01, "stop": 1.0, **options})
+
+
+REFUSING = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Refusing(Fmi2Slave):
+    def __init__(self, **known):
+        super().__init__(**known)
+        self.y = 0.0
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+
+    def exit_initialization_mode(self):
+        raise RuntimeError("no")
+
+    def do_step(self, time, step):
+        return True
+"""
+
+
+def test_call_that_is_refused_without_a_reason_names_the_components(tmp_path: Path) -> None:
+    (tmp_path / "refusing.py").write_text(REFUSING, encoding="utf-8")
+    fmu = write_python_fmu("Refusing", tmp_path / "refusing.py", tmp_path / "refusing.fmu")
+    with refused(CoSimulationError, "'odd'", "ExitInitializationMode"):
+        slide.couple({"odd": fmu}, [], step=0.1, stop=1.0)
 
 
 def test_different_units_are_refused() -> None:

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 
 import slide_fmu as slide
+from slide_fmu.apps.couple import couple
 from slide_fmu.apps.couple.structure import coupled_system, default_step
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
 from tests.own_models.halves.cut_car import LINKS
 from tests.own_models.quarter_car import build_in_c
-from tests.python_fmus import write_python_fmu
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
@@ -67,28 +68,15 @@ def test_wrong_option_is_refused(
         slide.couple(halves, LINKS, **{"step": 0.01, "stop": 1.0, **options})
 
 
-REFUSING = """
-from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+def test_call_that_is_refused_without_a_reason_names_the_components(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_: object) -> None:
+        raise FMICallException("fmi2ExitInitializationMode", 3)
 
-class Refusing(Fmi2Slave):
-    def __init__(self, **known):
-        super().__init__(**known)
-        self.y = 0.0
-        self.register_variable(Real("y", causality=Fmi2Causality.output))
-
-    def exit_initialization_mode(self):
-        raise RuntimeError("no")
-
-    def do_step(self, time, step):
-        return True
-"""
-
-
-def test_call_that_is_refused_without_a_reason_names_the_components(tmp_path: Path) -> None:
-    (tmp_path / "refusing.py").write_text(REFUSING, encoding="utf-8")
-    fmu = write_python_fmu("Refusing", tmp_path / "refusing.py", tmp_path / "refusing.fmu")
-    with refused(CoSimulationError, "'odd'", "ExitInitializationMode"):
-        slide.couple({"odd": fmu}, [], step=0.1, stop=1.0)
+    monkeypatch.setattr(couple, "initialized", refuse)
+    with refused(CoSimulationError, "'odd'", "ExitInitializationMode", "run each FMU alone"):
+        slide.couple({"odd": DUFFING}, [], step=0.03, stop=0.3)
 
 
 def test_different_units_are_refused() -> None:

@@ -58,7 +58,7 @@ def test_dropped_fmu_is_shown_as_on_its_own_page(
     chromium.until("document.documentElement.dataset.ready === 'yes'")
     assert chromium.evaluate(SHOWN) == expected
     same = str(chromium.evaluate("document.getElementById('same').textContent"))
-    assert float(same.split()[0]) < 2e-4  # per cent
+    assert float(same.split()[0]) < 5e-4  # per cent: single precision
     assert chromium.complaints() == []
 
 

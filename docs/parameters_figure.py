@@ -57,7 +57,7 @@ def main() -> None:
     ):
         line.set(color=colour, label=name)
     lower.set(xlabel="mass of the slider / kg", ylabel="error / %", title="Errors at ten masses")
-    lower.set(ylim=(0.05, 150))
+    lower.set(ylim=(0.03, 150))
     lower.legend(loc="upper center", ncols=2)
     theme.save(figure, ROOT / "docs" / "parameters_figure.svg")
     for mass, (opened, of_one) in zip(MASSES, errors, strict=True):

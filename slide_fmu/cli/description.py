@@ -17,7 +17,7 @@ from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import Provenance
-from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.bytes import family_of
 from slide_fmu.report.console import print_table, print_validation
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.table import ReportTable
@@ -128,7 +128,7 @@ def _show_network(surrogate: Surrogate, out: Console) -> None:
     also = ""
     if estimator is not None:
         also = f"; its error estimator has {estimator.network.count_parameters()}"
-    family = "state_space" if isinstance(surrogate.network, StateSpace) else "feed_forward"
+    family = family_of(surrogate.network).name
     out.print(f"network  {family}, {surrogate.network.count_parameters()} weights{also}")
     if bound is not None:
         *others, last = (f"{100 * confidence:g} %" for confidence in bound.confidences)

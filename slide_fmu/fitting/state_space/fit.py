@@ -72,9 +72,10 @@ def fit_state_space(
         winner = multi_start.refine_known(begun_with(problem.start, multi_start))
     multi_start.ledger.finish()
     if not math.isfinite(winner.error):
-        mend = "give more starts (training.starts) or a lower network.order"
-        mend = mend if chosen else "begin with another FMU (training.start)"
-        raise TrainingError(f"training diverged: no start has a finite validation error; {mend}")
+        raise TrainingError(
+            "training diverged: no start has a finite validation error; give more starts "
+            "(training.starts), a lower network.order, or another FMU as training.start"
+        )
     if chosen is None:
         return FittedNetwork(freeze(winner, data), _history(winner, data), network)
     history = replace(

@@ -285,9 +285,9 @@ class MultiStart:
         shape, theta, whole = candidate.shape, candidate.state.best, self.data.whole
         begin = Iterate.begin(theta, self.data.least_squares(shape, whole))
         if self.problem.eigenvalues is not None:  # simulated, without noise
-            begun = Candidate(shape, replace(begin, best_error=math.inf))
-            done = self.refine(begun, afresh=False)
-            return done if math.isfinite(done.error) else Candidate(shape, begin)
+            unproven = Candidate(shape, replace(begin, best_error=math.inf))
+            done = self.refine(unproven, afresh=False)
+            return done if math.isfinite(done.error) else Candidate(shape, begin)  # no step
         found = [Candidate(shape, begin)]
         most = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
@@ -312,10 +312,8 @@ class MultiStart:
                 state, shape, self.data.whole, validation, radius, training.seed
             )
 
-        begin = Descent.begin(theta, validation(theta))
-        done = self.ledger.run(
-            f"widened to {n_units}", begin, advance, training.expert.refinements
-        )
+        begin, rounds = Descent.begin(theta, validation(theta)), training.expert.refinements
+        done = self.ledger.run(f"widened to {n_units}", begin, advance, rounds)
         return Candidate(shape, done)
 
     def run(

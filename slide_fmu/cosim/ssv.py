@@ -65,6 +65,16 @@ def parameters_of(content: bytes, path: str) -> dict[str, float]:
     }
 
 
+def units_of(content: bytes) -> dict[str, str]:
+    """Read the units that the content of an SSV file names for its numbers, by name."""
+    units = {
+        str(parameter.get("name")): child.get("unit")
+        for parameter in ElementTree.fromstring(content).iter(f"{{{NAMESPACE}}}Parameter")
+        for child in parameter
+    }
+    return {name: unit for name, unit in units.items() if unit}
+
+
 def _number(path: str, parameter: ElementTree.Element) -> float:
     """Return the value of an element ``Parameter``, whose only child is named by its type."""
     texts = [child.get("value", "") for child in parameter if child.tag in NUMBERS]

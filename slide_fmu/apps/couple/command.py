@@ -105,7 +105,7 @@ def couple(
     from slide_fmu.apps.couple.coupled_report import coupled_report, coupled_table
     from slide_fmu.apps.couple.options import CouplingOptions
     from slide_fmu.apps.couple.ssp import read_inputs, read_ssp
-    from slide_fmu.apps.couple.structure import coupled_system, default_step
+    from slide_fmu.apps.couple.structure import coupled_system, default_step, require_units
     from slide_fmu.fmu.export import FmuError
 
     folder = report or Path("runs") / system.stem / "couple"
@@ -118,6 +118,7 @@ def couple(
             checked = coupled_system(found.fmus, found.connections, values, courses)
         except FmuError as found_wrong:  # users know the place in the SSP
             raise FmuError(str(found_wrong).replace(unpacked, str(system))) from None
+        require_units(checked, found.units)
         end = stop if stop is not None else found.stop
         if end is None:
             raise ValueError(f"{system} names no end; expected one: give --stop in s")

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from fmpy.simulation import apply_start_values, settable_in_instantiated
 
 from slide_fmu.apps.couple.options import WHOLE
-from slide_fmu.apps.couple.structure import CoupledSystem, Course
+from slide_fmu.apps.couple.structure import CoupledSystem, Course, declared
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import ImportedSlave, ValueReader
 from slide_fmu.cosim.run import CoSimulationError
@@ -160,16 +159,15 @@ class Component:
         self.steps += 1
         try:
             ended = self.slave.calls.doStep(begin, piece, not self.rolls_back)
-        except FMICallException as error:
+        except CoSimulationError as error:
             values = ", ".join(
                 f"{name} = {value:.6g}"
                 for name, value in zip(self.linked, self.slave.get_real(self._linked), strict=True)
             )
             raise CoSimulationError(
-                f"component {self.name!r} refuses the step of {piece:g} s from {begin:.9g} s "
-                f"({error}) under {values or 'no linked inputs'}; expected it to be taken: see "
-                "whether inputs are in range; where they grow, choose a shorter step or an "
-                "implicit method"
+                f"{error}, in the step of {piece:g} s from {begin:.9g} s under "
+                f"{values or 'no linked inputs'}; expected it to be taken: see whether inputs are "
+                "in range; where they grow, choose a shorter step or an implicit method"
             ) from error
         if ended is not None and (ended[1] or ended[2]):  # FMI 3.0: it terminates, or stops early
             raise CoSimulationError(
@@ -291,11 +289,7 @@ def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
 
 def range_of(variable: Any, value: float) -> float:
     """Return the size of a variable: its declared range, else its nominal or present value."""
-    declared = variable.declaredType
-    low, high, nominal = (
-        getattr(variable, key, None) or (declared and getattr(declared, key, None))
-        for key in ("min", "max", "nominal")
-    )
+    low, high, nominal = (declared(variable, key) for key in ("min", "max", "nominal"))
     if low is not None and high is not None and 0 < float(high) - float(low) < 1e100:
         return float(high) - float(low)
     return abs(float(nominal)) if nominal is not None else abs(value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slide_fmu.apps.couple.loop import Loop
-from slide_fmu.apps.couple.methods import Explicit, Method, Solution
+from slide_fmu.apps.couple.methods import EndlessError, Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
@@ -59,8 +60,8 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     """Take all steps.
 
     Raises:
-        CoSimulationError: a component cannot go back, which control needs, or a step would be too
-            short.
+        CoSimulationError: a component cannot go back, which control needs, a step would be too
+            short, or iterations of the shortest step do not end.
     """
     if control.kind is not None:
         _require_states(loop)
@@ -132,7 +133,10 @@ def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
 def _tried(
     loop: Loop, method: Method, control: Control, when: tuple[float, float]
 ) -> tuple[list[Solution] | None, float]:
-    """Take a step, or go back and return None where its error is too large."""
+    """Take a step, or go back and return None where its error is too large.
+
+    The error is infinite where iterations do not come to an end, which a shorter step may mend.
+    """
     time, length = when
     if control.kind is None:
         found = method.step(loop, time, length)
@@ -140,21 +144,12 @@ def _tried(
         return [found], 0.0
     begin, states = loop.mark(), loop.save(range(len(loop.components)))
     try:
-        taken = [method.step(loop, time, length)]
-        if control.kind == "predictor":
-            error = 0.0
-            if loop.solved:  # the shorter the step, the less does it count for states
-                error = loop.difference_of(taken[0].inputs, taken[0].guess) * length / control.step
-            loop.accept(taken[0].stepped, taken[0].inputs, taken[0].given, length)
-        else:
-            whole = loop.values(taken[0].stepped.end)
-            loop.restore(states)
-            taken = []
-            for part in (0.0, 0.5):
-                found = method.step(loop, time + part * length, 0.5 * length)
-                loop.accept(found.stepped, found.inputs, found.given, 0.5 * length)
-                taken.append(found)
-            error = loop.difference_of(whole, loop.values(loop.outputs))
+        try:
+            taken, error = _taken(loop, method, control, when, states)
+        except EndlessError:
+            if when[1] <= control.step / (1 << MOST_HALVINGS):
+                raise
+            taken, error = [], math.inf
         if error <= control.error:
             return taken, error
         loop.restore(states)
@@ -162,6 +157,32 @@ def _tried(
         return None, error
     finally:
         loop.free(states)
+
+
+def _taken(
+    loop: Loop,
+    method: Method,
+    control: Control,
+    when: tuple[float, float],
+    states: dict[int, object],
+) -> tuple[list[Solution], float]:
+    """Take a step from saved states, and return its error too."""
+    time, length = when
+    first = method.step(loop, time, length)
+    if control.kind == "predictor":
+        error = 0.0
+        if loop.solved:  # the shorter the step, the less does it count for states
+            error = loop.difference_of(first.inputs, first.guess) * length / control.step
+        loop.accept(first.stepped, first.inputs, first.given, length)
+        return [first], error
+    whole = loop.values(first.stepped.end)
+    loop.restore(states)
+    taken = []
+    for part in (0.0, 0.5):
+        found = method.step(loop, time + part * length, 0.5 * length)
+        loop.accept(found.stepped, found.inputs, found.given, 0.5 * length)
+        taken.append(found)
+    return taken, loop.difference_of(whole, loop.values(loop.outputs))
 
 
 def _require_states(loop: Loop) -> None:

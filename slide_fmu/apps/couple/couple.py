@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 
 from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, is_trained, opened
 from slide_fmu.apps.couple.control import Control, Taken, run_steps
@@ -23,6 +22,7 @@ from slide_fmu.apps.couple.structure import (
     CoupledSystem,
     Pin,
     coupled_system,
+    declared,
     recorded_pin,
     unit_of,
 )
@@ -105,7 +105,6 @@ def run_coupled(
     _require_steps(system, options)
     recorded = _recorded(system, options)
     with ExitStack() as stack:
-        stack.enter_context(_calls_of(system))
         components = []
         for name in system.paths:
             plain = options.method == "jacobi" and options.extrapolation == "zero"
@@ -196,9 +195,10 @@ def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
     found = []
     for link, values in zip(system.links, run.inputs.T, strict=True):
         variable = system.variable(link.target)
-        if variable.min is None or variable.max is None:
+        ends = declared(variable, "min"), declared(variable, "max")
+        if None in ends:
             continue
-        low, high = float(variable.min), float(variable.max)
+        low, high = map(float, ends)
         outside = np.maximum(low - values, values - high) > BEYOND * (high - low)
         if outside.any():
             farthest = values[np.argmax(np.abs(values - 0.5 * (low + high)))]
@@ -209,18 +209,6 @@ def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
                 "method"
             )
     return found
-
-
-@contextmanager
-def _calls_of(system: CoupledSystem) -> Iterator[None]:
-    """Tell of a call that an FMU refuses without a reason."""
-    try:
-        yield
-    except FMICallException as error:
-        raise CoSimulationError(
-            f"one of the components {list(system.paths)} refuses a call: {error}; expected it to "
-            "be taken, or a reason, which the FMU does not give: run each FMU alone"
-        ) from error
 
 
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import inspect
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -30,7 +32,7 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
     """Instantiate the FMU of a component for the time of a ``with`` block.
 
     Raises:
-        CoSimulationError: its library cannot be loaded.
+        CoSimulationError: its library cannot be loaded, or it refuses a call.
     """
     with ExitStack() as stack:
         fmu = stack.enter_context(unpacked(system.paths[name]))
@@ -40,12 +42,22 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
         except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
             reason = "; ".join([str(error), *messages])
             raise CoSimulationError(f"component {name!r}: {reason}") from error
+        for key, call in inspect.getmembers(slave.calls, inspect.ismethod):
+            setattr(slave.calls, key, _told(name, call, messages))
+        yield ImportedSlave(slave.calls)
+
+
+def _told(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
+    """Return a call of a component that names it, and its messages, where it is refused."""
+
+    def told(*arguments: Any, **named: Any) -> Any:
         try:
-            yield slave
+            return call(*arguments, **named)
         except FMICallException as error:
-            if messages:
-                raise CoSimulationError(f"component {name!r}: {'; '.join(messages)}") from error
-            raise
+            reason = "; ".join(messages) or f"{error}, without a reason: run this FMU alone"
+            raise CoSimulationError(f"component {name!r} refuses a call: {reason}") from error
+
+    return told
 
 
 def initialized(

@@ -193,11 +193,17 @@ class Loop:
 
     def mark(self) -> tuple[object, ...]:
         """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""
-        return self.outputs, self.inputs, list(self.solved), self.last_change
+        return self.outputs, self.inputs, list(self.solved), self.last_change, self.sizes.copy()
 
     def go_back(self, mark: tuple[Any, ...]) -> None:
-        """Undo what was accepted since a mark."""
-        self.outputs, self.inputs, self.solved, self.last_change = mark
+        """Undo what was accepted since a mark.
+
+        An input that had no size keeps the one of the longest step that was tried: its size in a
+        shorter one would make the error of that as large as before.
+        """
+        *others, sizes = mark
+        self.outputs, self.inputs, self.solved, self.last_change = others
+        self.sizes = np.where(sizes > 0, sizes, self.sizes)
 
     def difference_of(self, values: FloatArray, others: FloatArray) -> float:
         """Return the largest difference of linked values, as a part of their sizes."""

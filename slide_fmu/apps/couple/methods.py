@@ -75,6 +75,10 @@ class Explicit(Method):
         return Solution(stepped, now, 1, guess, now)
 
 
+class EndlessError(CoSimulationError):
+    """An EndlessError tells that iterations of a step do not come to an end."""
+
+
 class _Trial(NamedTuple):
     """A _Trial is one iteration of a step: what was tried, and how far it is from agreement."""
 
@@ -109,7 +113,7 @@ class Implicit(Method):
         """Take a step.
 
         Raises:
-            CoSimulationError: the iterations do not come to an end.
+            EndlessError: the iterations do not come to an end.
         """
         back = [k for k, one in enumerate(loop.components) if one.rolls_back]
         once = [k for k, one in enumerate(loop.components) if not one.rolls_back]
@@ -213,12 +217,12 @@ def _sizes(loop: Loop) -> FloatArray:
     return np.where(loop.sizes > 0, loop.sizes, 1.0)
 
 
-def _endless(loop: Loop, trial: _Trial, newton: bool) -> CoSimulationError:
+def _endless(loop: Loop, trial: _Trial, newton: bool) -> EndlessError:
     worst = int(np.argmax(np.abs(trial.left) / _sizes(loop)))
     owner = next(k for k, place in enumerate(loop.places) if place.start <= worst < place.stop)
     one = loop.components[owner]
     name = f"{one.name}.{one.linked[worst - loop.places[owner].start]}"
-    return CoSimulationError(
+    return EndlessError(
         f"step of {trial.length:g} s from {trial.time:.9g} s: {name} and its source differ by "
         f"{trial.left[worst]:.3g} after {trial.number} iterations; expected agreement: choose "
         f"{'' if newton else 'the method newton, '}a shorter step or a larger "

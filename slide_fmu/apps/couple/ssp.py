@@ -13,7 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.zip_directory import open_archive
-from slide_fmu.cosim.ssv import parameters_of
+from slide_fmu.cosim.ssv import parameters_of, units_of
 
 STRUCTURE = "SystemStructure.ssd"
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
@@ -29,12 +29,14 @@ class SspSystem:
         fmus: the unpacked FMUs by the names of the components.
         connections: pairs of ``COMPONENT.VARIABLE``.
         parameters: start values by ``COMPONENT.VARIABLE``.
+        units: the units that it names for some of them.
         stop: end time in s of its default experiment; None without one.
     """
 
     fmus: Mapping[str, Path]
     connections: list[tuple[str, str]]
     parameters: Mapping[str, float]
+    units: Mapping[str, str]
     stop: float | None
 
 
@@ -72,7 +74,7 @@ def _read(
                 f"{path}: the system has an element {tag} {found.get('name')!r}; expected "
                 "components alone: move its components into the system"
             )
-    fmus, parameters = {}, {}
+    fmus, parameters, units = {}, {}, {}
     for component in system.findall(f"{SSD}Elements/{SSD}Component"):
         name, source = str(component.get("name")), str(component.get("source"))
         if component.get("type", FMU_KIND) != FMU_KIND or source not in archive.namelist():
@@ -85,12 +87,13 @@ def _read(
                 f"{path}: there are two components {name!r}; expected one of each name: rename one"
             )
         fmus[name] = Path(archive.extract(source, folder))
-        for key, value in _parameters(path, component, archive).items():
-            parameters[f"{name}.{key}"] = value
+        values, named = _parameters(path, component, archive)
+        parameters.update({f"{name}.{key}": value for key, value in values.items()})
+        units.update({f"{name}.{key}": unit for key, unit in named.items()})
     connections = [
         _connection(path, c) for c in system.findall(f"{SSD}Connections/{SSD}Connection")
     ]
-    return SspSystem(fmus, connections, parameters, _stop(path, root))
+    return SspSystem(fmus, connections, parameters, units, _stop(path, root))
 
 
 def _stop(path: Path, root: ElementTree.Element) -> float | None:
@@ -138,9 +141,13 @@ def _connection(path: Path, connection: ElementTree.Element) -> tuple[str, str]:
 
 def _parameters(
     path: Path, component: ElementTree.Element, archive: zipfile.ZipFile
-) -> dict[str, float]:
-    """Return the start values of a component, from files and from what the SSP itself has."""
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the start values of a component, from files and from what the SSP itself has.
+
+    The other result are the units that it names for some of them.
+    """
     found: dict[str, float] = {}
+    units: dict[str, str] = {}
     for binding in component.iter(f"{SSD}ParameterBinding"):
         if binding.get("prefix") or binding.find(f"{SSD}ParameterMapping") is not None:
             raise ValueError(
@@ -149,11 +156,13 @@ def _parameters(
                 "parameter set"
             )
         source = binding.get("source")
-        if source is not None:
-            found |= parameters_of(archive.read(source), f"{path}/{source}")
+        sets = [] if source is None else [(archive.read(source), f"{path}/{source}")]
         for inner in binding.iter(f"{SSV}ParameterSet"):
-            found |= parameters_of(ElementTree.tostring(inner), f"{path}/{STRUCTURE}")
-    return found
+            sets.append((ElementTree.tostring(inner), f"{path}/{STRUCTURE}"))
+        for content, place in sets:
+            found |= parameters_of(content, place)
+            units |= units_of(content)
+    return found, units
 
 
 def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:

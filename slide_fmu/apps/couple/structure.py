@@ -226,10 +226,26 @@ def _require_equal_units(system: CoupledSystem, link: Link) -> None:
         )
 
 
+def require_units(system: CoupledSystem, units: Mapping[str, str]) -> None:
+    """Refuse start values, by ``COMPONENT.VARIABLE``, whose units are not those of the FMUs."""
+    for name, unit in units.items():
+        wanted = unit_of(system.variable(_pin(system, name)))
+        if wanted and wanted != unit:
+            raise ValueError(
+                f"start value of {name!r} is in {unit}; expected {wanted}, as in the FMU: convert "
+                "the value, and give it in this unit"
+            )
+
+
 def unit_of(variable: Any) -> str:
     """Return the unit of a variable; empty if the FMU does not name it."""
-    declared = variable.declaredType
-    return str(variable.unit or (declared and declared.unit) or "")
+    return str(declared(variable, "unit") or "")
+
+
+def declared(variable: Any, key: str) -> Any:
+    """Return an attribute of a variable, else of its declared type; None if neither has it."""
+    own = getattr(variable, key, None)
+    return own if own is not None else getattr(variable.declaredType, key, None)
 
 
 def _course(name: str, given: Any) -> Course:
@@ -240,9 +256,16 @@ def _course(name: str, given: Any) -> Course:
     """
     if callable(given):
         return lambda time: float(given(time))
-    if isinstance(given, int | float):
+    if isinstance(given, numbers.Real):
+        _require_number(name, given, REALS[0])
         return lambda time: float(given)
-    times, values = (np.asarray(part, dtype=np.float64) for part in given)
+    try:
+        times, values = (np.asarray(part, dtype=np.float64) for part in given)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"input {name!r} = {given!r}; expected a number, a function of the time in s, or times "
+            "in s and values"
+        ) from None
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ValueError(
             f"input {name!r}: times of shape {times.shape} and values of shape {values.shape}; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,11 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
+from slide_fmu.apps.couple.component import opened
+from slide_fmu.apps.couple.initialization import initialized, instance_of
+from slide_fmu.apps.couple.options import CouplingOptions
 from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.structure import coupled_system
 from slide_fmu.cosim.run import CoSimulationError
 from tests.own_models.halves.cut_car import (
     KNOT,
@@ -95,6 +100,38 @@ def test_controlled_steps_become_short_where_it_is_needed(
     assert run.figures.shortest_step_s < 0.04
     assert run.time[-1] == pytest.approx(STOP)
     assert error(run, 300.0) < error(ride(halves, 300.0, 0.04), 300.0)
+
+
+@pytest.mark.parametrize("control", ["predictor", "halving"])
+def test_controlled_steps_become_short_where_iterations_do_not_end(
+    halves: dict[str, Path], control: str
+) -> None:
+    few: dict[str, Any] = {"method": "fixed_point", "iterations": 3}
+    with refused(CoSimulationError, "step of 0.08 s", "after 3 iterations"):
+        ride(halves, 12.0, 0.08, **few)
+    run = ride(halves, 12.0, 0.08, control=control, error=0.5, **few)
+    assert run.figures.rejected > 0
+    assert run.figures.most_iterations <= 3
+    assert error(run, 12.0) < 0.02
+    with refused(CoSimulationError, "step of 7.8125e-05 s", "after 1 iterations"):
+        ride(halves, 12.0, 0.08, control=control, iterations=1)
+
+
+def test_sizes_of_a_rejected_step_do_not_stay(halves: dict[str, Path]) -> None:
+    """They would make later errors look small; an input without a size alone gets one."""
+    system = coupled_system(halves, LINKS, {"upper.mass": 300.0}, {"lower.road": road(STOP)})
+    options = CouplingOptions.of(step=0.04, stop=STOP, moving=["lower"])
+    with ExitStack() as stack:
+        components = []
+        for name, taken, read in (("lower", "reached", "force"), ("upper", "held", "position")):
+            slave = stack.enter_context(instance_of(system, name))
+            components.append(opened(system, name, slave, taken, ([read], [])))
+        loop, _ = initialized(system, components, options)
+        loop.sizes[:] = 1.0, 0.0
+        mark = loop.mark()
+        loop.accept(loop.empty(), np.array([1e6, 1e6]), np.zeros(2), 0.04)
+        loop.go_back(mark)
+        assert loop.sizes.tolist() == [1.0, 1e6]
 
 
 def test_fmu_that_cannot_go_back_takes_part_explicitly_and_is_named(

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
 
 import slide_fmu as slide
-from slide_fmu.apps.couple import couple
 from slide_fmu.apps.couple.structure import coupled_system, default_step
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
@@ -56,6 +56,8 @@ def test_wrong_connection_is_refused(
         ({"moving": ["wheel"]}, ("moving = ['wheel']", "lower")),
         ({"inputs": {"lower.body": 0.0}}, ("lower.body", "one source")),
         ({"inputs": {"lower.road": ([0, 0], [1, 2])}}, ("lower.road", "rise")),
+        ({"inputs": {"lower.road": "flat"}}, ("'lower.road' = 'flat'", "expected a number")),
+        ({"inputs": {"lower.road": float("nan")}}, ("lower.road = nan", "finite")),
         ({"parameters": {"upper.weight": 1.0}}, ("no variable 'weight'",)),
         ({"parameters": {"upper.mass": float("nan")}}, ("upper.mass = nan", "finite")),
         ({"record": ["upper.height"]}, ("'height'", "position")),
@@ -68,15 +70,20 @@ def test_wrong_option_is_refused(
         slide.couple(halves, LINKS, **{"step": 0.01, "stop": 1.0, **options})
 
 
-def test_call_that_is_refused_without_a_reason_names_the_components(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("call", ["exitInitializationMode", "getReal", "terminate"])
+def test_call_that_is_refused_without_a_reason_names_its_component(
+    call: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_: object) -> None:
-        raise FMICallException("fmi2ExitInitializationMode", 3)
+    real = getattr(FMU2Slave, call)
 
-    monkeypatch.setattr(couple, "initialized", refuse)
-    with refused(CoSimulationError, "'odd'", "ExitInitializationMode", "run each FMU alone"):
-        slide.couple({"odd": DUFFING}, [], step=0.03, stop=0.3)
+    def refuse(slave: FMU2Slave, *arguments: Any) -> Any:
+        if slave.instanceName == "one":
+            raise FMICallException(call, 3)
+        return real(slave, *arguments)
+
+    monkeypatch.setattr(FMU2Slave, call, refuse)
+    with refused(CoSimulationError, "component 'one' refuses", call, "run this FMU alone"):
+        slide.couple({"one": DUFFING, "two": DUFFING}, [], step=0.03, stop=0.3)
 
 
 def test_different_units_are_refused() -> None:

@@ -116,7 +116,7 @@ def fit_judge(
     factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
     span = None
     if block is not None:
-        rms = scales_of(head, calibration.afterwards)[..., n_outputs:]
+        rms = scales_of(head, calibrations[0].afterwards)[..., n_outputs:]
         span = SpanEstimate(block, span_factors(calibration.errors, rms, block))
     return Judge(
         head=head,

@@ -16,8 +16,8 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.core.units import ratio
-from slide_fmu.excitation.base import Kind, Limits
-from slide_fmu.excitation.words import with_unit
+from slide_fmu.excitation.base import CountRange, Kind, Limits
+from slide_fmu.excitation.words import between, with_unit
 
 FULL_TURN = 2 * math.pi
 
@@ -115,11 +115,15 @@ class AxisMoves(Kind):
     Attributes:
         speed: limit of each axis' speed, in its unit per s (rad/s for cosine and sine).
         acceleration: limit of each axis' acceleration, in its unit per s^2.
+        hold: range of the number of samples for which set points are held, drawn for each
+            trajectory, as by a controller with a slower clock. A held set point jumps, so choose a
+            lower speed. Without it, set points move at every sample.
     """
 
     kind: Literal["axis_moves"]
     speed: Limits = Field(min_length=1)
     acceleration: Limits = Field(min_length=1)
+    hold: CountRange | None = None
 
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse limits that are not one for each axis.
@@ -149,7 +153,14 @@ class AxisMoves(Kind):
             f"{'the axis moves' if len(units) == 1 else 'every axis moves on its own'} from "
             f"target to target, near and far, at speeds of up to {limits[0]} and accelerations of "
             f"up to {limits[1]} (a box: moves reach both); some moves stop or turn back on the "
-            "way"
+            "way" + self._described_hold(step)
+        )
+
+    def _described_hold(self, step: float) -> str:
+        if self.hold is None:
+            return ""
+        return (
+            f"; set points are held for {between((step * self.hold[0], step * self.hold[1]), 's')}"
         )
 
     def inputs(
@@ -161,6 +172,9 @@ class AxisMoves(Kind):
     ) -> FloatArray:
         """Draw the positions of all axes at the sample times, shape (N, n_inputs)."""
         smoothing = _between(SMOOTHING, rng)
+        elapsed = time - time[0]
+        if self.hold is not None:
+            elapsed = _held(elapsed, self.hold, rng)
         columns: list[FloatArray] = []
         for axis, speed, acceleration in zip(
             by_axis(signals), self.speed, self.acceleration, strict=True
@@ -168,13 +182,21 @@ class AxisMoves(Kind):
             limits = _axis_of(axis, factor * speed, factor * acceleration)
             over = smoothing * speed / acceleration
             path = _path(limits, float(time[-1] - time[0]), over, rng)
-            position = path.averaged(time - time[0], over)
+            position = path.averaged(elapsed, over)
             if axis[0].angle is None:
                 columns.append(np.clip(position, limits.low, limits.high))  # of rounding
             else:
                 length = axis[0].high
                 columns += [length * np.cos(position), length * np.sin(position)]
         return np.stack(columns, axis=1)
+
+
+def _held(time: FloatArray, hold: tuple[int, int], rng: np.random.Generator) -> FloatArray:
+    """Return the time in s at which a slower clock took the set point of each sample, (N,)."""
+    count = int(rng.integers(hold[0], hold[1] + 1))
+    begun = int(rng.integers(count))  # samples since the slower clock ticked, at the first one
+    sample = np.arange(len(time))
+    return np.asarray(time[np.maximum(sample - (sample + begun) % count, 0)])
 
 
 def _path(axis: _Axis, until: float, over: float, rng: np.random.Generator) -> _Path:

@@ -6,7 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slide_fmu.bounds.calibration import factors_of, floors_of, shares_of
+from slide_fmu.bounds.calibration import (
+    factors_of,
+    floors_of,
+    scales_of,
+    shares_of,
+    span_factors,
+)
 from slide_fmu.bounds.judge import Judge, fit_judge, tolerances_of
 from slide_fmu.bounds.observations import Observations
 from slide_fmu.core.signals import FloatArray
@@ -14,7 +20,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.error_bound import ErrorBound, local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape
 
 
@@ -67,7 +73,7 @@ def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_c
     assert 0.19 < alarms(plain, alone) <= 0.2
     both = tolerances_of(judge_of(plain, known), 0.2)
     assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
-    assert both.tolist() >= alone.tolist()
+    assert np.all(both >= alone)
     quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
     for tolerances in (alone, both):
         np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
@@ -97,3 +103,24 @@ def test_judge_of_two_calls_has_the_larger_factors_and_the_usual_errors_of_the_f
     )
     np.testing.assert_array_equal(both.floors, floors_of(calls[0][1]))
     np.testing.assert_array_equal(both.shares, shares_of(calls[0][1]))
+
+
+def test_estimate_over_a_span_is_scaled_by_what_its_head_gets() -> None:
+    head = bound_of(with_span(bounded_surrogate(SHAPE))).head
+
+    def fit(heard: Sequence[Observations]) -> tuple[FeedForward, History]:
+        return head, History((), (), ())
+
+    learnt, calibration = (
+        Observations(**{k: np.repeat(v, 20, axis=0) for k, v in vars(observations(s, 1.0)).items()})
+        for s in (11, 12)
+    )
+    block = 2
+    judge = fit_judge([[learnt, calibration]], np.zeros(120, dtype=np.int64), 0.01, block, fit)
+    factors = [
+        span_factors(calibration.errors, scales_of(head, afterwards)[..., 2:], block)
+        for afterwards in (judge.calibrations[0].afterwards, calibration.afterwards)
+    ]
+    assert judge.span is not None
+    np.testing.assert_array_equal(judge.span.factors, factors[0])
+    assert not np.allclose(*factors)  # quiet statistics count as they do in the FMU

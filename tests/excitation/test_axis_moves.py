@@ -73,6 +73,28 @@ def test_an_angle_turns_without_end() -> None:
     assert 7.9 < np.abs(speed).max() <= 8.0 * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("count", [1, 4])
+def test_held_set_points_are_those_of_a_slower_clock(count: int) -> None:
+    slow = kind_of("axis_moves", **LIMITS, hold=[count, count])
+    time = 0.01 * np.arange(2001)
+    held = motion(slow, JOINTS, 6, 1.0, time)
+    changes = np.flatnonzero(np.abs(np.diff(held, axis=0)).max(axis=1) > 0) + 1
+    assert len(changes) > 200
+    assert len(set(changes % count)) == 1  # all axes jump together, with the slower clock
+    largest = np.abs(np.diff(held, axis=0)).max(axis=0)
+    reach = 0.01 * count * np.array(LIMITS["speed"])
+    assert np.all((largest > 0.9 * reach) & (largest <= reach * (1 + 1e-6)))
+
+
+def test_the_slower_clock_is_drawn_for_each_trajectory() -> None:
+    slow = kind_of("axis_moves", **LIMITS, hold=[2, 5])
+    time, found = 0.01 * np.arange(1001), set()
+    for seed in range(12):
+        held = motion(slow, JOINTS, seed, 1.0, time)
+        found.add(int(np.diff(np.flatnonzero(np.abs(np.diff(held, axis=0)).max(axis=1))).min()))
+    assert found == {2, 3, 4, 5}
+
+
 @pytest.mark.parametrize(
     ("way", "speed", "fastest"),
     [(2.0, 0.0, 1.0), (0.1, 0.0, 1.0), (-3.0, 0.8, 1.0), (0.01, 0.9, 1.0), (1.5, 0.9, 0.5)],

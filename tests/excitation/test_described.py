@@ -110,6 +110,13 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         "rad/s, 0.5 m/s and accelerations of up to 20 rad/s^2, 2 m/s^2 (a box: moves reach both); "
         "some moves stop or turn back on the way",
     ),
+    "axis_moves with held set points": (
+        ANGLE,
+        {"speed": [0.4], "acceleration": [5.0], "hold": [2, 6]},
+        "the axis moves from target to target, near and far, at speeds of up to 0.4 rad/s and "
+        "accelerations of up to 5 rad/s^2 (a box: moves reach both); some moves stop or turn back "
+        "on the way; set points are held for 0.02 to 0.06 s",
+    ),
     "box": (
         MIXED,
         {"duration": [2.0, 5.0], "ramp": [0.1, 1.0]},

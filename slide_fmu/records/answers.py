@@ -20,6 +20,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.origin import require_unlearnt
 from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks
 from slide_fmu.records.specimens import specimens
@@ -114,8 +115,9 @@ def tested_corners(
 
 
 def check_records(source: MeasuredRecords, case: Case) -> None:
-    """Refuse networks with features that the records do not have."""
+    """Refuse features that the records do not have, and a start that knows what is unseen here."""
     require_features(case.recipe, source)
+    require_unlearnt(source, case.recipe)
 
 
 def found_numbers(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from slide_fmu.core.figures import JsonObject
-from slide_fmu.fmu.export import Provenance
-from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.core.search_path import find_file
+from slide_fmu.fmu.export import Provenance, read_fmu
+from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.rules import shares_of
 
 KEY = "records"
 """Key of the provenance with the names and SHA-256 hashes of the files."""
@@ -53,3 +57,31 @@ def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: s
             f"{other['sha256'][:12]}..., that of {other['file']!r} with which {fmu} was learnt: "
             "restore the file, or train again"
         )
+
+
+def require_unlearnt(source: MeasuredRecords, recipe: Recipe) -> None:
+    """Refuse a start that has learnt from these records where they were divided otherwise.
+
+    What it has learnt from would be measured as unseen.
+
+    Raises:
+        RecipeError: the FMU ``training.start`` is such a start.
+    """
+    training = recipe.training
+    if not isinstance(training, LeastSquaresRecipe) or training.start is None:
+        return
+    _, provenance = read_fmu(find_file(training.start))
+    learnt = [one["sha256"] for one in (provenance or {}).get(KEY, [])]
+    pairs = zip(source.files, source.digests, strict=True)
+    shared = [name for name, digest in pairs if digest in learnt]
+    if not shared:
+        return
+    former = recipe_of_provenance(provenance, training.start)
+    same = former.data.by == recipe.data.by and shares_of(former) == shares_of(recipe)
+    if same and learnt == list(source.digests):
+        return
+    raise RecipeError(
+        f"recipe {recipe.name!r}: training.start = {training.start!r} has learnt from {shared}, "
+        "divided otherwise, so that samples which it knows would be measured as unseen ones; "
+        "expected other records, or the same records with its data.shares and data.by"
+    )

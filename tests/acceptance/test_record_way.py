@@ -169,6 +169,23 @@ def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
     assert len(origin["sha256"]) == 64
 
 
+@pytest.mark.parametrize("other", [False, True])
+def test_start_that_knows_samples_which_are_unseen_here_is_refused(
+    place: Path, other: bool
+) -> None:
+    """The same division of the same record keeps what is unseen; another one does not."""
+    fmu = (place / "runs/bench/bench.fmu").as_posix()
+    text = RECIPE.replace('name = "bench"', 'name = "again"').replace(NETWORK, "")
+    text = text.replace("[training]\n", f'[training]\nstart = "{fmu}"\n')
+    if other:
+        text += "[data]\nshares = { train = 0.5, validation = 0.2, test = 0.3 }\n"
+    (place / "again.toml").write_text(text)
+    done = invoke("try", place / "again.toml", "--runs", place / "runs")
+    words = " ".join(done.output.split())
+    assert ("has learnt from ['bench.csv'], divided otherwise" in words) == other, words
+    assert done.exit_code == int(other)
+
+
 def test_start_beside_a_network_of_the_recipe_is_refused(place: Path) -> None:
     fmu = (place / "runs/bench/bench.fmu").as_posix()
     text = RECIPE.replace("[training]\n", f'[training]\nstart = "{fmu}"\n')

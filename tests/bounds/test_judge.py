@@ -112,7 +112,9 @@ def test_estimate_over_a_span_is_scaled_by_what_its_head_gets() -> None:
         return head, History((), (), ())
 
     learnt, calibration = (
-        Observations(**{k: np.repeat(v, 20, axis=0) for k, v in vars(observations(s, 1.0)).items()})
+        Observations(
+            **{k: np.repeat(v, 20, axis=0) for k, v in vars(observations(s, 1.0)).items()}
+        )
         for s in (11, 12)
     )
     block = 2

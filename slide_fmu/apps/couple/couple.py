@@ -28,7 +28,6 @@ from slide_fmu.apps.couple.structure import (
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""

@@ -263,8 +263,8 @@ def _course(name: str, given: Any) -> Course:
         times, values = (np.asarray(part, dtype=np.float64) for part in given)
     except (TypeError, ValueError):
         raise ValueError(
-            f"input {name!r} = {given!r}; expected a number, a function of the time in s, or times "
-            "in s and values"
+            f"input {name!r} = {given!r}; expected a number, a function of the time in s, or "
+            "times in s and values"
         ) from None
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ValueError(

@@ -14,6 +14,7 @@ import numpy as np
 
 from slide_fmu.core.figures import optional, plain, read_figures
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import PROBE_SAMPLES, probe
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
@@ -21,7 +22,6 @@ from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
 

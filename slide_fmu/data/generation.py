@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.apart import ended_process
 from slide_fmu.data.failures import too_many_failures
 from slide_fmu.data.fingerprint import identity
@@ -24,7 +25,6 @@ from slide_fmu.data.stored_split import Shapes
 from slide_fmu.data.worker import Order, Tally, make_ordered, make_trajectories
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError
 

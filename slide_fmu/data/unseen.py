@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 

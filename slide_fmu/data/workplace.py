@@ -10,11 +10,11 @@ from pathlib import Path
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data import pool
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.cluster import cluster, scheduler_of
 from slide_fmu.data.generation import generate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 

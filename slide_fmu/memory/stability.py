@@ -15,6 +15,7 @@ import numpy as np
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import STABILITY, Stream, draw_inputs
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
@@ -22,7 +23,6 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 
 SEQUENCES = 32

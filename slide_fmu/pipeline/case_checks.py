@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Concatenate, ParamSpec, TypeVar
 
 from slide_fmu.bounds.known_start import known_start
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.apart import crosses, guarded
 from slide_fmu.data.contract import check_system
 from slide_fmu.data.draws import probe_draws
@@ -15,7 +16,6 @@ from slide_fmu.pipeline.apps import check_app_tables
 from slide_fmu.recipe.against_system import require_all_kinds, require_features
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
@@ -28,7 +29,6 @@ from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nest
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 FIRST, MOST = 32, 256

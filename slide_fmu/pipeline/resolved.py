@@ -10,6 +10,7 @@ import numpy as np
 
 from slide_fmu.core.kept import Memo
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import AnySizing
@@ -18,7 +19,6 @@ from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.recipe.automatic import FoundValues, Tables
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 DECIDES = {"system", "window", "data", "estimator", "parameters"}

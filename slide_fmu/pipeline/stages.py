@@ -16,6 +16,7 @@ import numpy as np
 from slide_fmu.bounds.known_start import known_start
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -29,7 +30,6 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS
 from slide_fmu.report.quality import remark_on_training
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 STABILITY_REPORT = "stability.html"

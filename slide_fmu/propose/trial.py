@@ -12,6 +12,7 @@ from pathlib import Path
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import Signal
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import PROBE, Draw, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
@@ -28,7 +29,6 @@ from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import (
     Chained,
     Linearizable,

@@ -46,4 +46,4 @@ ANSWERS: Final = MappingProxyType(
         for question, place in questions.items()
     }
 )
-"""The same with whole names, as ``slide_fmu.systems.answers`` looks them up."""
+"""The same with whole names, as ``slide_fmu.data.answers`` looks them up."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.fitting.history import Curve, History
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
@@ -20,7 +21,6 @@ from slide_fmu.report.trust_sections import search_sections
 from slide_fmu.report.verdict import Subject
 from slide_fmu.report.verdict_facts import verdict_of
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, ResponseFigures

@@ -90,7 +90,7 @@ class Source(abc.ABC):
         noise_at_rest: samples of the outputs' noise alone, (N, n_outputs) each, in their units;
             None where it is not known.
         answers_elsewhere: functions that answer for such a source in place of a simulated system
-            (``slide_fmu.systems.answers``).
+            (``slide_fmu.data.answers``).
     """
 
     step: float

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.fmu.export import Provenance
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 
 

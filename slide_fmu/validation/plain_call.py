@@ -17,10 +17,10 @@ import numpy as np
 from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.simulation import simulate

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import slide_fmu
+from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.records.answer_table import ANSWERS
-from slide_fmu.systems.answers import asked_of_sources
 from slide_fmu.systems.base import Source, System
 from tests.memory.plain_systems import Lag
 from tests.refusals import refused

@@ -45,6 +45,12 @@ def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> 
         near = found / expected
     if 1.0 / FACTOR <= near <= FACTOR or (near > 1.0) != (along > 1.0):
         return None
+    if (step := motions.system.step) > linearized.decay.mean:
+        return (
+            f"window.step = {step:g} s is longer than {linearized.decay.mean:.4g} s, in which "
+            "initial effects decay by the linearized equations, so that a simulation from sample "
+            "to sample shows nothing of it; expected a small part of that time: give the step in s"
+        )
     return (
         f"the linearized equations contradict the system: by their eigenvalues initial effects "
         f"decay in {linearized.decay.mean:.4g} s along motions and in {expected:.4g} s near rest, "

@@ -72,7 +72,7 @@ def size_table(sizes: Sequence[TriedSize]) -> ReportTable:
             str(size.units),
             str(size.parameters),
             *(
-                "" if error is None else decimal(error)
+                "" if error is None else percent(error)
                 for error in (size.validation_error, size.learnable_error)
             ),
         )
@@ -86,13 +86,13 @@ def curve_table(curve: Curve) -> ReportTable:
     rows = (
         (
             str(point.trajectories),
-            decimal(point.validation_error),
-            decimal(point.training_error),
+            percent(point.validation_error),
+            percent(point.training_error),
             f"{point.seconds:.0f}",
         )
         for point in curve.points
     )
-    heading = "trajectories", "validation error", "training error", "time / s"
+    heading = "trajectories", "validation error", "training error", "time of data and fit / s"
     return ReportTable.of(heading, rows, "learning curve")
 
 

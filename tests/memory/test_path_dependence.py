@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
-from slide_fmu.memory import motions
+from slide_fmu.memory import contradiction, motions
+from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.motions import motions_of
 from slide_fmu.memory.path_dependence import path_dependence
@@ -138,6 +140,19 @@ def test_linearization_that_contradicts_the_measured_decay_is_refused(
     assert float(numbers[2]) / float(numbers[1]) == pytest.approx(factor, rel=0.05)
     with refused(NotForgettingError, "equations contradict"):
         require_window(recipe, sizing)
+
+
+def test_step_in_which_all_is_forgotten_is_named_as_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where milliseconds were meant: every motion has decayed at its first sample."""
+    monkeypatch.setattr(contradiction, "_rate_near_rest", lambda *_: None)
+    slow, fast = (Decay(np.array([np.log(1e-3) / time]), 1e-3) for time in (140.0, 3.3))
+    linearized: Any = SimpleNamespace(decay=fast, modes=SimpleNamespace(modes=()))
+    about: Any = SimpleNamespace(system=SimpleNamespace(step=15.0))
+    found = contradiction.contradiction(about, linearized, slow)
+    assert found is not None
+    assert found.startswith("window.step = 15 s is longer than 3.3 s")
 
 
 @pytest.mark.parametrize("factor", [1.5, 1.0 / 1.5])

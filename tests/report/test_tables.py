@@ -23,15 +23,15 @@ REMARK = "much could still be learnt"
 def test_sizes_stand_with_their_errors() -> None:
     assert size_table(SIZES).heading[:2] == ("order", "hidden units")
     assert size_table(SIZES).rows == (
-        ("4", "0", "26", "0.0912", "0.08"),
+        ("4", "0", "26", "9.12 %", "8 %"),
         ("4", "16", "290", "", ""),
     )
 
 
 def test_curve_stands_with_its_numbers_and_times() -> None:
     assert curve_table(CURVE).rows == (
-        ("8", "0.25", "0.125", "3"),
-        ("16", "0.0625", "0.05", "6"),
+        ("8", "25 %", "12.5 %", "3"),
+        ("16", "6.25 %", "5 %", "6"),
     )
     assert read_figures(Curve, plain(CURVE)) == CURVE
 
@@ -40,10 +40,10 @@ def test_report_shows_sizes_curve_and_remark() -> None:
     sections = [sizes_section(SIZES, REMARK), curve_section(CURVE)]
     page = Report("title", "summary", {}, sections).html()
     for text in (
-        "0.0912",
+        "9.12 %",
         "290",
         f"Remark: {REMARK}.",
-        "0.0625",
+        "6.25 %",
         "The curve ended: it was enough",
     ):
         assert text in page
@@ -56,7 +56,7 @@ def test_console_shows_sizes_and_curve(capsys: pytest.CaptureFixture[str]) -> No
     print_curve(CURVE, console)
     print_sizes(SIZES, console)
     shown = capsys.readouterr().out
-    for text in ("0.0912", "0.0625", "it ended: it was enough"):
+    for text in ("9.12 %", "6.25 %", "it ended: it was enough"):
         assert text in shown
 
 

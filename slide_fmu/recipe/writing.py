@@ -188,8 +188,9 @@ def _bound_lines(step: float) -> list[str]:
 def _further_lines(kinds: Sequence[KindTable]) -> list[str]:
     """Return the kinds of input that only the bound learns from."""
     lines = comment_lines(
-        "Only the bound learns from these, so that it knows them: motions that are straight "
-        "between points, as coarse tables and masters with longer steps give them."
+        "Only the bound learns from these: motions that are straight between points, as coarse "
+        "tables and masters with longer steps give them. It is not calibrated on them, and may "
+        "cover less than 95 % of their errors."
     )
     return [*lines, *_tables("bound.excitation", kinds)] if kinds else []
 

@@ -82,7 +82,9 @@ def test_what_the_system_has_not_is_refused() -> None:
 
 
 def test_angle_is_what_the_signals_say_and_not_their_number() -> None:
-    fine = load_recipe(TRAINING / "slider_crank.toml")
+    read = load_recipe(TRAINING / "slider_crank.toml")
+    network = read.network.model_copy(update={"drive": ("direction", "turn")})
+    fine = read.model_copy(update={"network": network})
     system = case_of(fine).system
     require_features(fine, system)
     system.inputs = tuple(replace(signal, angle=None) for signal in system.inputs)

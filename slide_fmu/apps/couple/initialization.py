@@ -43,21 +43,21 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
             reason = "; ".join([str(error), *messages])
             raise CoSimulationError(f"component {name!r}: {reason}") from error
         for key, call in inspect.getmembers(slave.calls, inspect.ismethod):
-            setattr(slave.calls, key, _told(name, call, messages))
+            setattr(slave.calls, key, _named(name, call, messages))
         yield ImportedSlave(slave.calls)
 
 
-def _told(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
+def _named(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
     """Return a call of a component that names it, and its messages, where it is refused."""
 
-    def told(*arguments: Any, **named: Any) -> Any:
+    def named(*arguments: Any, **by_name: Any) -> Any:
         try:
-            return call(*arguments, **named)
+            return call(*arguments, **by_name)
         except FMICallException as error:
             reason = "; ".join(messages) or f"{error}, without a reason: run this FMU alone"
             raise CoSimulationError(f"component {name!r} refuses a call: {reason}") from error
 
-    return told
+    return named
 
 
 def initialized(

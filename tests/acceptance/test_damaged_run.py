@@ -65,6 +65,7 @@ def test_export_says_that_the_fmu_was_damaged_and_writes_it_anew(
     assert json.loads(again.stdout)["remark"] is None
 
 
+@pytest.mark.extended
 def test_export_to_another_place_says_so_too_and_leaves_the_damaged_fmu(
     copied: Finished, tmp_path: Path
 ) -> None:
@@ -88,6 +89,7 @@ def test_run_writes_a_damaged_fmu_anew_with_its_report(copied: Finished, kind: s
     assert read_member(copied.fmu, "documentation/index.html") is not None
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("kind", essential(DAMAGES, "half"))
 @pytest.mark.parametrize(
     "subcommand",

@@ -207,6 +207,7 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
     assert provenance["seeds"]["training"] == 5
 
 
+@pytest.mark.extended
 def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
     duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -196,6 +196,7 @@ def test_start_beside_a_network_of_the_recipe_is_refused(place: Path) -> None:
     assert "with the table network = {'order': 2, 'hidden': 4}; expected none" in message
 
 
+@pytest.mark.extended
 def test_linear_network_of_a_record_goes_the_whole_way(place: Path) -> None:
     """Of a model its response is compared with the exact one, which no record has."""
     text = RECIPE.replace('name = "bench"', 'name = "linear"').replace("hidden = 4", "hidden = 0")

@@ -11,6 +11,7 @@ from tests.acceptance.test_base_install import call
 from tests.apps.compare.lessons import needs_sysidentpy
 
 
+@pytest.mark.extended
 @needs_sysidentpy
 def test_compare_prints_a_table_and_writes_figures_and_report(bounded: Finished) -> None:
     command = ("compare", bounded.recipe, "--runs", bounded.runs)

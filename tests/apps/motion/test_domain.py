@@ -79,6 +79,7 @@ def test_earliest_move_is_one_in_the_domain() -> None:
     assert bounded.baselines[0].known < 1
 
 
+@pytest.mark.extended
 def test_moves_get_slower_where_all_that_are_as_fast_as_their_limits_leave_the_domain() -> None:
     problem = with_domain(crank_problem(), slower=2.4)
     found = earliest(problem)

@@ -150,6 +150,7 @@ TURN = {
 }
 
 
+@pytest.mark.extended
 def test_a_motion_is_that_of_the_parameters_of_the_task(tmp_path: Path) -> None:
     """The shapers' responses are those of the reference model with the same mass."""
     left = {}

@@ -92,6 +92,7 @@ def test_a_tolerance_that_the_reference_confirms_for_no_move_is_refused_with_fig
             search(problem)
 
 
+@pytest.mark.extended
 def test_margins_have_a_factor_of_the_task_or_of_the_recipe() -> None:
     task = read_task(TURN)
     assert isinstance(task, MoveTask)

@@ -107,6 +107,7 @@ class Plant:
         self._running = self.visible = False
         if not explicit:
             mbs.SetPreStepUserFunction(self._prepare_substep)
+        self._carried = self._carried_at_rest()
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Continue from coordinates and velocities, shape (n,) each, in SI units."""
@@ -176,12 +177,9 @@ class Plant:
         data = self.mbs.systemData
         kept, time = data.GetSystemState(_CURRENT), data.GetTime(_CURRENT)
         accelerations = data.GetODE2Coordinates_tt(_CURRENT)
-        self._to_initial(coordinates, velocities)
-        parts = self.mbs.ComputeLinearizedSystem(returnConstraintJacobian=True)
-        mass, stiffness, damping = parts[:3]
-        transposed = parts[3] if len(parts) > 3 else []  # a system without constraints gives none
-        constraints = np.array(transposed, dtype=np.float64).reshape(self._size, -1).T
         solver: Any = exu.MainSolverImplicitSecondOrder()
+        self._to_initial(coordinates, velocities)
+        mass, stiffness, damping, constraints = self._matrices()
         if self.has_kinks or constraints.size:
             self._call("did not start", solver.InitializeSolver, solver)
         if self.has_kinks:
@@ -189,16 +187,41 @@ class Plant:
             stiffness = self._slopes(applied, coordinates, data.SetODE2Coordinates)
             damping = self._slopes(applied, velocities, data.SetODE2Coordinates_t)
         if constraints.size:
-            none = np.zeros(len(constraints))
-            whole = np.block([[mass, constraints.T], [constraints, np.diag(none)]])
-            forces = np.concatenate([self._applied(solver), none])
-            multipliers = np.linalg.lstsq(whole, forces, rcond=None)[0][self._size :]
-            held = partial(self._held, solver, multipliers)
+            held = partial(self._held, solver, self._carried)
             stiffness = stiffness + self._slopes(held, coordinates, data.SetODE2Coordinates)
         data.SetSystemState(kept, _CURRENT)
         data.SetODE2Coordinates_tt(accelerations, _CURRENT)
         data.SetTime(time, _CURRENT)
         return Linearization(mass, damping, stiffness, constraints)
+
+    def _matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return exudyn's mass, stiffness, damping (n, n) and constraints (n_constraints, n)."""
+        mass, stiffness, damping, *rest = self.mbs.ComputeLinearizedSystem(
+            returnConstraintJacobian=True
+        )
+        transposed = rest[0] if rest else []  # a system without constraints gives none
+        constraints = np.array(transposed, dtype=np.float64).reshape(self._size, -1).T
+        return mass, stiffness, damping, constraints
+
+    def _carried_at_rest(self) -> FloatArray:
+        """Return the multipliers by which constraints carry weights, (n_constraints,).
+
+        It is what they carry in the initial configuration, before inputs act. What they carry
+        besides in a motion is left out: it goes with accelerations, which no linearization has.
+        """
+        data, solver = self.mbs.systemData, exu.MainSolverImplicitSecondOrder()
+        none = np.zeros(data.AEsize())
+        if not len(none):
+            return none
+        try:
+            self._to_initial(self._origin, np.zeros(len(self._origin)))
+            mass, _, _, constraints = self._matrices()
+            self._call("did not start", solver.InitializeSolver, solver)
+            forces = np.concatenate([self._applied(solver), none])
+        except Exception:  # of a user's function: the first step tells of it
+            return none
+        whole = np.block([[mass, constraints.T], [constraints, np.diag(none)]])
+        return np.asarray(np.linalg.lstsq(whole, forces, rcond=None)[0][self._size :])
 
     def _applied(self, solver: Any) -> FloatArray:
         """Return all forces but those of constraints, (n,)."""
@@ -206,10 +229,7 @@ class Plant:
         return np.array(solver.GetSystemResidual()[: self._size])
 
     def _held(self, solver: Any, multipliers: FloatArray) -> FloatArray:
-        """Return forces of constraints, (n,): since these turn with the motion, they are stiff.
-
-        What the speed adds to them is left out: a rod that turns is no stiffer by what it carries.
-        """
+        """Return forces of constraints, (n,): since these turn with the motion, they are stiff."""
         solver.SetSystemJacobian(np.zeros_like(solver.GetSystemJacobian()))
         solver.ComputeJacobianAE(self.mbs)
         jacobian: FloatArray = np.array(solver.GetSystemJacobian())

@@ -216,7 +216,7 @@ class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained
 
 
 def _joint_signal(index: int) -> Signal:
-    limit, meaning = float(LIMITS[index]), f"desired angle of joint {index + 1} at step end"
+    limit, meaning = float(LIMITS[index]), f"desired angle of joint {index + 1}"
     return Signal(f"joint_{index + 1}", "rad", -limit, limit, meaning, hold="first_order")
 
 

@@ -170,6 +170,6 @@ def angle_of(
 
 
 def _director_signal(axis: str, angle: Angle) -> Signal:
-    meaning = f"{angle} of the desired crank angle at step end"
+    meaning = f"{angle} of the desired crank angle"
     start = 1.0 if angle == "cosine" else 0.0
     return Signal(f"director_{axis}", "1", -1.0, 1.0, meaning, start, "first_order", angle)

@@ -50,6 +50,10 @@ LOOP = [
 ]
 """What is connected inside a container."""
 
+SEED = 2
+"""Of the inputs of a side by side: with the default seed the slider-crank creeps, and its rod hardly
+bends."""
+
 Importer = Callable[[Path, Outputs, float, int], FloatArray]
 
 
@@ -139,7 +143,7 @@ def side_by_side(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, flo
     def written(name: str, duration: float) -> Path:
         path = folder / f"{name}.ssp"
         fmu = ROOT / "fmus" / name / f"{name}.fmu"
-        result = invoke("ssp", fmu, "-o", path, "--duration", duration)
+        result = invoke("ssp", fmu, "-o", path, "--duration", duration, "--seed", SEED)
         assert result.exit_code == 0, result.output
         return path
 
@@ -269,7 +273,8 @@ def test_ssp_of_an_fmu_beside_its_reference_has_the_same_bytes(
 ) -> None:
     duration = COMPARED["duffing"].duration
     again = tmp_path / "again.ssp"
-    assert invoke("ssp", DUFFING, "-o", again, "--duration", duration).exit_code == 0
+    arguments = ["--duration", duration, "--seed", SEED]
+    assert invoke("ssp", DUFFING, "-o", again, *arguments).exit_code == 0
     assert again.read_bytes() == side_by_side("duffing", duration).read_bytes()
 
 

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 from slide_fmu.fmu.libraries.build import BINARIES
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
 from tests.fmu.standards import functions
 
 
@@ -69,12 +69,28 @@ def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> No
     for function in (
         "fmi2GetRealOutputDerivatives",
         "fmi2CancelStep",
-        "fmi2GetStatus",
         "fmi2GetContinuousStates",
         "fmi2EnterEventMode",
     ):
         assert native.call(function, *nothing) == ERROR
         assert native.messages[-1].startswith(function)
+
+
+def test_statuses_that_are_not_known_are_discarded(rich: Loaded) -> None:
+    """Section 4.2.3 of the standard: an importer goes on."""
+    native = rich.instance().start()
+    value = ctypes.c_double()
+    pending, last_successful_time, ended = 1, 2, 3
+    for function, kind in (
+        ("fmi2GetStatus", 0),
+        ("fmi2GetStringStatus", pending),
+        ("fmi2GetIntegerStatus", pending),
+        ("fmi2GetRealStatus", ended),
+        ("fmi2GetBooleanStatus", last_successful_time),
+    ):
+        assert native.call(function, kind, ctypes.byref(value)) == DISCARD
+        assert native.messages[-1].startswith(function)
+    assert native.do_step(0.0) == OK
 
 
 def test_debug_logging_reports_calls_while_it_is_on_and_refuses_unknown_categories(

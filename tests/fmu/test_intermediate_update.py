@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import LASTING, both_holds, drawn
 from tests.fmu.native import ERROR, OK, Load, Loaded
-from tests.fmu.native3 import instance_of
+from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 SHAPES = {
@@ -19,6 +20,9 @@ SHAPES = {
     "cell": Shape(n_inputs=2, n_outputs=2, positions=3, cell=LASTING),
     "director": Shape(n_inputs=2, n_outputs=2, features="director"),
 }
+without_angles = pytest.mark.parametrize(
+    "shape", [SHAPES["layers"], SHAPES["cell"]], ids=["layers", "cell"]
+)
 every_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
@@ -68,6 +72,90 @@ def test_inputs_set_in_intermediate_updates_give_the_results_of_single_steps(
     expected = []
     for k in range(40):
         assert single.set(*rows[k]) == single.do_step(k * STEP) == OK
+        expected.append(single.get(0, 4))
+    assert np.array_equal(np.array(seen), np.array(expected))
+
+
+@pytest.mark.parametrize("at_step_end", [0, 1])
+@both_holds
+@every_shape
+def test_setting_no_variable_in_intermediate_updates_changes_nothing(
+    load: Load, shape: Shape, hold: str, at_step_end: int
+) -> None:
+    changes = {"hold": hold, "forecasts": hold == "first_order" and not at_step_end}
+    surrogate = random_surrogate(Shape(**{**vars(shape), **changes}))
+    loaded = load(surrogate)
+    plain = instance_of(loaded)
+    watched = instance_of(loaded, watch=lambda _time, _may_set: watched.set() and None)
+    for native in (plain, watched):
+        started(native, surrogate, at_step_end)
+    for k, row in enumerate(drawn(10, 2)):
+        assert plain.set(*row) == watched.set(*row) == OK
+        for native in (plain, watched):
+            assert native.do_step(4 * k * STEP, 4 * STEP) == OK
+        assert plain.get(0, 4) == watched.get(0, 4)
+
+
+def started(native: Native3, surrogate: Surrogate, at_step_end: float) -> Native3:
+    """An FMU after initialization; where inputs move, they are those of the start of a step or of
+    its end."""
+    names = [variable.name for variable in fmu_variables(surrogate, 3)]
+    if "inputs_at_step_end" in names:
+        assert native.set(at_step_end, first=names.index("inputs_at_step_end")) == OK
+    return native.start()
+
+
+@without_angles
+def test_inputs_that_were_not_set_in_intermediate_updates_go_on_to_the_end_of_the_step(
+    load: Load, shape: Shape
+) -> None:
+    """One input is set to what it would be; the other reaches what was set before the step."""
+    surrogate = random_surrogate(Shape(**{**vars(shape), "hold": "first_order"}))
+    loaded, rows = load(surrogate), drawn(11, 2)
+    ahead: list[float] = []
+
+    def watch(_time: float, may_set: bool) -> None:
+        if may_set:
+            assert watched.set(ahead.pop(0)) == OK
+
+    plain, watched = instance_of(loaded), instance_of(loaded, watch=watch)
+    for native in (plain, watched):
+        started(native, surrogate, 1)
+    before = rows[0]
+    for k, row in enumerate(rows):
+        way = np.linspace(before[0], row[0], 5)
+        ahead.extend(way[2:])
+        assert plain.set(*row) == watched.set(*row) == OK
+        for native in (plain, watched):
+            assert native.do_step(4 * k * STEP, 4 * STEP) == OK
+        assert watched.get(0, 2) == row.tolist()
+        np.testing.assert_allclose(watched.get(2, 2), plain.get(2, 2), rtol=1e-4, atol=1e-5)
+        before = row
+
+
+@without_angles
+def test_inputs_that_were_not_set_in_intermediate_updates_are_forecast_on(
+    load: Load, shape: Shape
+) -> None:
+    """Of two inputs one moves and is set at each sample; the other stays, and is forecast to."""
+    surrogate = random_surrogate(
+        Shape(**{**vars(shape), "hold": "first_order", "forecasts": True})
+    )
+    loaded, values = load(surrogate), drawn(40, 1)[:, 0].tolist()
+    seen: list[list[float]] = []
+
+    def watch(_time: float, may_set: bool) -> None:
+        seen.append(watched.get(0, 4))
+        if may_set:
+            assert watched.set(values[len(seen)]) == OK
+
+    watched, single = instance_of(loaded, watch=watch), instance_of(loaded).start()
+    watched.start()
+    for k in range(10):
+        assert watched.set(values[4 * k], 0.5) == watched.do_step(4 * k * STEP, 4 * STEP) == OK
+    expected = []
+    for k, value in enumerate(values):
+        assert single.set(value, 0.5) == single.do_step(k * STEP) == OK
         expected.append(single.get(0, 4))
     assert np.array_equal(np.array(seen), np.array(expected))
 

@@ -82,15 +82,56 @@ static bool show(SlideInstance *instance, bool last, double *until) {
     return !last && slide_clock_reaches(&head->clock, now, *until, instance->model.step);
 }
 
-/* What inputs move between in the step that begins now. True when they do so in parts that are
- * inputs set to the end of each. */
-static bool begin_hold(SlideInstance *instance) {
+/* What inputs move between in the step that begins now, where each part of it is told the inputs
+ * at its end. */
+static void begin_parts(SlideInstance *instance) {
     const SlideModel *model = &instance->model;
-    const SlideState *state = &instance->state;
+    SlideWatcher *watcher = &instance->watcher;
     const size_t row = model->n_inputs * sizeof(double);
-    memcpy(instance->watcher.from, slide_stream_reached(model, state), row);
-    memcpy(instance->watcher.to, state->inputs, row);
-    return model->history.first_order && !slide_stream_forecasts(model, state);
+    memcpy(watcher->from, slide_stream_reached(model, &instance->state), row);
+    memcpy(watcher->to, instance->state.inputs, row);
+    memset(watcher->set, 0, model->n_inputs * sizeof(bool));
+}
+
+/* Inputs that the importer did not set have these values. */
+static void give_others(SlideInstance *instance, const double *values) {
+    for (size_t i = 0; i < instance->model.n_inputs; ++i) {
+        if (!instance->watcher.set[i]) {
+            instance->state.inputs[i] = values[i];
+        }
+    }
+}
+
+static bool any_set(const SlideInstance *instance) {
+    const bool *set = instance->watcher.set;
+    return memchr(set, true, instance->model.n_inputs * sizeof(bool)) != NULL;
+}
+
+/* A part where inputs move to what was set for the end of the step: those that the importer set on
+ * the way have reached it, the others go on. */
+static bool take_part_known(SlideInstance *instance, double length, double left) {
+    const SlideModel *model = &instance->model;
+    const SlideWatcher *watcher = &instance->watcher;
+    slide_history_between(&model->history, watcher->from, watcher->to, left, model->inputs);
+    give_others(instance, model->inputs);
+    return stream_step(instance, length, false);
+}
+
+/* A part where inputs are forecast. Where the importer set some, the forecast begins anew there, and
+ * the others are what they were expected to be. */
+static bool take_part_forecast(SlideInstance *instance, double length, bool first) {
+    const SlideState *state = &instance->state;
+    SlideWatcher *watcher = &instance->watcher;
+    const size_t row = instance->model.n_inputs * sizeof(double);
+    if (first || !any_set(instance)) {
+        return stream_step(instance, length, !first);
+    }
+    give_others(instance, state->goal);
+    const bool done = stream_step(instance, length, false);
+    give_others(instance, watcher->to);
+    memcpy(watcher->to, state->inputs, row);
+    memset(watcher->set, 0, instance->model.n_inputs * sizeof(bool));
+    return done;
 }
 
 /* A communication step, as the stream takes it: so many parts of a length in s, each of which
@@ -111,24 +152,28 @@ static Walk walk_of(const SlideInstance *instance, double length) {
     return apart ? (Walk){(uint32_t)samples, step, length / samples} : (Walk){1, meant, length};
 }
 
-/* The parts one by one; when one fails, the state is what it was before the first. Inputs with a
- * first-order hold go on as if nobody watched until they are set. */
-static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *early) {
+static bool take_part(SlideInstance *instance, Walk walk, uint32_t left) {
     const SlideModel *model = &instance->model;
+    if (walk.count == 1 || !model->history.first_order) {
+        return stream_step(instance, walk.part, false);
+    }
+    return slide_stream_forecasts(model, &instance->state)
+               ? take_part_forecast(instance, walk.part, left + 1 == walk.count)
+               : take_part_known(instance, walk.part, (double)left / walk.count);
+}
+
+/* The parts one by one; when one fails, the state is what it was before the first. Inputs go on as
+ * if nobody watched until they are set. */
+static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *early) {
     SlideWatcher *watcher = &instance->watcher;
     SlideState *state = &instance->state;
-    bool moves = walk.count > 1 && begin_hold(instance);
-    bool further = false;
     double until = INFINITY;
     if (walk.count > 1) { /* a single one undoes itself */
         memcpy(watcher->undo, state->head, state->size);
+        begin_parts(instance);
     }
     for (uint32_t left = walk.count; left-- > 0 && !*early;) {
-        if (moves) {
-            slide_history_between(&model->history, watcher->from, watcher->to,
-                                  (double)left / walk.count, state->inputs);
-        }
-        if (!stream_step(instance, walk.part, further)) {
+        if (!take_part(instance, walk, left)) {
             if (walk.count > 1) {
                 memcpy(state->head, watcher->undo, state->size);
             }
@@ -136,13 +181,10 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
         }
         slide_clock_advance(&state->head->clock, point, walk.stride);
         point = slide_clock_time(&state->head->clock);
-        watcher->was_set = false;
         *early = watcher->show != NULL && show(instance, left == 0, &until);
-        moves = moves && !watcher->was_set;
-        further = slide_stream_forecasts(model, state) && !watcher->was_set;
     }
-    if (moves) {
-        memcpy(state->inputs, watcher->to, model->n_inputs * sizeof(double));
+    if (walk.count > 1 && instance->model.history.first_order) {
+        give_others(instance, watcher->to);
     }
     return true;
 }

@@ -357,6 +357,21 @@ static SlideStatus check_values(const SlideInstance *instance, unsigned referenc
     return SLIDE_OK;
 }
 
+/* Who watches a step is asked which inputs were set on the way. An angle has two. */
+static void mark_set(const SlideInstance *instance, const SlideValues *of) {
+    const bool *cosine = instance->model.cosine;
+    bool *set = instance->watcher.set;
+    for (size_t i = 0; set != NULL && i < of->n_references; ++i) {
+        const SlideVariable variable = slide_variable(instance, of->references[i]);
+        const size_t input = variable.index;
+        if (variable.kind == SLIDE_INPUT) {
+            set[input] = true;
+            set[input + cosine[input]] = true;
+            set[input - (input > 0 && cosine[input - 1])] = true;
+        }
+    }
+}
+
 /* All values are checked before the first is taken over. */
 SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void *values) {
     SlideStatus status = check_arguments(instance, of, values);
@@ -385,7 +400,7 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;
     }
-    instance->watcher.was_set = true;
+    mark_set(instance, of);
     return SLIDE_OK;
 }
 

@@ -49,7 +49,7 @@ struct SlideWatcher {
     void (*callback)(void); /* the importer's function, of a type that show knows */
     void *environment;      /* the importer's, for callback */
     bool may_end;           /* may the importer end a step early? */
-    bool was_set;           /* variables were set */
+    bool *set;              /* [n_inputs], inputs that the importer set */
     void *undo;             /* room for the state before the step */
     double *from, *to;      /* [n_inputs], what inputs of a first-order hold move between */
 };

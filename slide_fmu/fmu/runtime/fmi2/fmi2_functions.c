@@ -52,12 +52,17 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 
 void fmi2FreeInstance(fmi2Component c) { slide_free(c); }
 
+/* What can be asked, but is not known, is discarded (section 4.2.3). */
+static SlideStatus no_status(const SlideInstance *instance, const char *reason) {
+    return slide_report(instance, SLIDE_DISCARD, "%s", reason);
+}
+
 static SlideStatus get_time(SlideInstance *instance, fmi2StatusKind kind, fmi2Real *value) {
     if (value == NULL) {
         return slide_null(instance);
     }
     if (kind != fmi2LastSuccessfulTime) {
-        return slide_refuse(instance, "the only status of type Real is fmi2LastSuccessfulTime");
+        return no_status(instance, "the only status of type Real is fmi2LastSuccessfulTime");
     }
     *value = slide_clock_time(&instance->state.head->clock);
     return SLIDE_OK;
@@ -69,7 +74,7 @@ static SlideStatus get_end(SlideInstance *instance, fmi2StatusKind kind, fmi2Boo
         return slide_null(instance);
     }
     if (kind != fmi2Terminated) {
-        return slide_refuse(instance, "the only status of type Boolean is fmi2Terminated");
+        return no_status(instance, "the only status of type Boolean is fmi2Terminated");
     }
     *value = fmi2False;
     return SLIDE_OK;
@@ -164,12 +169,12 @@ NO_SUCH_TYPE(fmi2SetString, (VARIABLES, const fmi2String value[]))
 REFUSED(fmi2GetRealOutputDerivatives,
         (VARIABLES, const fmi2Integer order[], fmi2Real value[]), NO_DERIVATIVES)
 REFUSED(fmi2CancelStep, (fmi2Component c), NEVER_PENDING)
-REFUSED(fmi2GetStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Status *value),
-        NEVER_PENDING)
-REFUSED(fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2String *value),
-        NEVER_PENDING)
-REFUSED(fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value),
-        "FMI 2.0 defines no status of type Integer")
+CALL(fmi2GetStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Status *value), SLIDE_ANY_MODE,
+     no_status(instance, NEVER_PENDING))
+CALL(fmi2GetStringStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2String *value),
+     SLIDE_ANY_MODE, no_status(instance, NEVER_PENDING))
+CALL(fmi2GetIntegerStatus, (fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value),
+     SLIDE_ANY_MODE, no_status(instance, "FMI 2.0 defines no status of type Integer"))
 
 REFUSED(fmi2EnterEventMode, (fmi2Component c), NO_EXCHANGE)
 REFUSED(fmi2NewDiscreteStates, (fmi2Component c, fmi2EventInfo *info), NO_EXCHANGE)

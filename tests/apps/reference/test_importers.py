@@ -51,7 +51,7 @@ LOOP = [
 """What is connected inside a container."""
 
 SEED = 2
-"""Of the inputs of a side by side: with the default seed the slider-crank creeps, and its rod hardly
+"""Of the inputs of a side by side: with the default seed the crank creeps, and the rod hardly
 bends."""
 
 Importer = Callable[[Path, Outputs, float, int], FloatArray]

@@ -10,7 +10,7 @@ static const char *fault_of(double time, double length, double sample_step) {
         return "expected a positive, finite step";
     }
     if (fabs(time + length) > slide_clock_farthest(sample_step)) {
-        return "its end is so far from 0 that steps cannot be told apart there";
+        return "so far from 0, steps cannot be told apart";
     }
     double seen = (time + length) - time;
     return fabs(seen - length) <= length / 4 ? NULL : "it is too small to be told apart from zero";
@@ -103,8 +103,11 @@ static void give_others(SlideInstance *instance, const double *values) {
 }
 
 static bool any_set(const SlideInstance *instance) {
-    const bool *set = instance->watcher.set;
-    return memchr(set, true, instance->model.n_inputs * sizeof(bool)) != NULL;
+    bool any = false;
+    for (size_t i = 0; i < instance->model.n_inputs; ++i) {
+        any |= instance->watcher.set[i];
+    }
+    return any;
 }
 
 /* A part where inputs move to what was set for the end of the step: those that the importer set on

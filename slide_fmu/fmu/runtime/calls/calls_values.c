@@ -358,17 +358,12 @@ static SlideStatus check_values(const SlideInstance *instance, unsigned referenc
 }
 
 /* Who watches a step is asked which inputs were set on the way. An angle has two. */
-static void mark_set(const SlideInstance *instance, const SlideValues *of) {
+static void mark_set(const SlideInstance *instance, size_t input) {
     const bool *cosine = instance->model.cosine;
     bool *set = instance->watcher.set;
-    for (size_t i = 0; set != NULL && i < of->n_references; ++i) {
-        const SlideVariable variable = slide_variable(instance, of->references[i]);
-        const size_t input = variable.index;
-        if (variable.kind == SLIDE_INPUT) {
-            set[input] = true;
-            set[input + cosine[input]] = true;
-            set[input - (input > 0 && cosine[input - 1])] = true;
-        }
+    if (set != NULL) {
+        set[input] = set[input + cosine[input]] = true;
+        set[input - (input > 0 && cosine[input - 1])] = true;
     }
 }
 
@@ -390,6 +385,9 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
     for (size_t i = 0; i < of->n_references; ++i) {
         const SlideVariable variable = slide_variable(instance, of->references[i]);
         double *place = place_of(instance, variable);
+        if (variable.kind == SLIDE_INPUT) {
+            mark_set(instance, variable.index);
+        }
         for (size_t sample = 0; sample < variable.size; ++sample, ++numbers) {
             place[sample * instance->model.n_inputs] =
                 variable.kind == SLIDE_MODEL_PARAMETER
@@ -400,7 +398,6 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
     if (slide_stream_fresh(&instance->state)) {
         instance->state.head->current = 0;
     }
-    mark_set(instance, of);
     return SLIDE_OK;
 }
 

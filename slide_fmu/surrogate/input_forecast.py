@@ -18,6 +18,10 @@ BETTER = 0.5
 """A candidate is used only if its mean square error is below this fraction of the held value's. So
 after a jump, or with noise, the value is held."""
 
+CUBIC = np.array([[-6.0, 4.0, -1.0]])
+"""The cubic through the last four values. Candidates are fitted to motions that change suddenly.
+They smooth, so the cubic is far better for smooth motions."""
+
 MAX_CANDIDATES, MAX_PAST, MAX_SCORED = 8, 8, 64
 """Largest sizes in a file; protect against damaged files."""
 
@@ -29,8 +33,9 @@ class InputForecast:
     Candidate c predicts that an input changes by sum_i weights[c, i - 1] (u(t - i H) - u(t)) in a
     step of the length H, i = 1, 2, ... A held value, a straight line and a parabola are such sums,
     for any H, and constants stay constant. At every step the candidate is used whose forecasts of
-    the last inputs were the best, if they were clearly better than the held value. For an angle,
-    given by cosine and sine, the turn is forecast.
+    the last inputs were the best, if they were clearly better than the held value. The cubic
+    through the last values is used where it was clearly better than these. For an angle, given by
+    cosine and sine, the turn is forecast.
 
     Attributes:
         planned: whether the inputs are planned motions, known ahead, whose curves between samples
@@ -58,7 +63,7 @@ class InputForecast:
     at_step_end: bool = False
     weights: FloatArray = field(default_factory=lambda: np.zeros((1, 0, 1)))
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
-    n_scored: int = 12
+    n_scored: int = 24
     sampled: bool = False
     judged: bool = False
 
@@ -109,25 +114,36 @@ class InputForecast:
 
     def _changes(self, index: int, values: FloatArray) -> FloatArray:
         """Forecast the change after each of an input's values or angles, (B, N), oldest first."""
-        n_past, largest = self.weights.shape[2], self.largest_change[index]
         if not self.weights.shape[1]:
             return np.zeros_like(values)
+        change = np.zeros_like(values)
+        held, _ = self._scored(np.zeros((1, 1)), index, values)
+        least = BETTER * held[0]
+        for weights, better in ((self.weights[index], 1.0), (CUBIC, BETTER)):
+            scores, found = self._scored(weights, index, values)
+            best = scores.argmin(axis=0)[None]
+            score = np.take_along_axis(scores, best, axis=0)[0]
+            good = score < better * least
+            change = np.where(good, np.take_along_axis(found, best, axis=0)[0], change)
+            least = np.where(good, score, least)
+        return change
+
+    def _scored(
+        self, weights: FloatArray, index: int, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the squared errors of the last forecasts, and the forecasts, of candidates.
+
+        Both have the shape (n_candidates, B, N).
+        """
+        n_past, largest = weights.shape[1], self.largest_change[index]
         held = np.pad(values, ((0, 0), (n_past + self.n_scored, 0)), mode="edge")
         views = np.lib.stride_tricks.sliding_window_view(held, n_past + 1, axis=1)[..., ::-1]
-        found = changes_of(self.weights[index], views.reshape(-1, n_past + 1))
+        found = changes_of(weights, views.reshape(-1, n_past + 1))
         found = np.clip(found, -largest, largest).reshape(-1, *views.shape[:2])
-        true = np.diff(held, axis=1)[
-            :, n_past:
-        ]  # the true changes, for all forecasts except the last
+        true = np.diff(held, axis=1)[:, n_past:]  # of all forecasts except the last
         errors = (true - found[:, :, :-1]) ** 2
-        scores, least = (
-            np.lib.stride_tricks.sliding_window_view(squares, self.n_scored, axis=-1).sum(axis=-1)
-            for squares in (errors, true**2)
-        )
-        best = scores.argmin(axis=0)[None]
-        change = np.take_along_axis(found[:, :, self.n_scored :], best, axis=0)[0]
-        good = np.take_along_axis(scores, best, axis=0)[0] < BETTER * least
-        return np.where(good, change, 0.0)
+        windows = np.lib.stride_tricks.sliding_window_view(errors, self.n_scored, axis=-1)
+        return windows.sum(axis=-1), found[:, :, self.n_scored :]
 
 
 def changes_of(weights: FloatArray, views: NDArray[np.float64]) -> FloatArray:

@@ -11,6 +11,7 @@ import pytest
 from slide_fmu.bounds.input_forecast import POLYNOMIALS, fit_forecast
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.surrogate import input_forecast
 from slide_fmu.surrogate.input_forecast import InputForecast
 from tests.fmu.moving_inputs import n_points, plain_ahead
 
@@ -49,6 +50,22 @@ def test_one_forecast_serves_smooth_and_rough_inputs() -> None:
     assert wrong < 0.04 * held
     wrong, held = errors(forecast, rough(8, 1)[0])
     assert wrong < 1.01 * held
+
+
+@pytest.mark.parametrize("planned", [False, True])
+def test_smooth_inputs_are_extrapolated_by_a_cubic_where_training_inputs_change_suddenly(
+    planned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes = np.random.default_rng(3).choice([-1e-3, 0.0, 1e-3], (40, 100)).repeat(6, axis=1)
+    ramps = np.cumsum(np.cumsum(changes, axis=1), axis=1)
+    sine = np.sin(0.05 * np.arange(900))
+    forecast = fit_forecast(ROAD, ramps[:, :, None], planned)
+    assert forecast is not None
+    with_cubic = [errors(forecast, values)[0] for values in (sine, ramps[0])]
+    monkeypatch.setattr(input_forecast, "CUBIC", np.zeros((1, 1)))
+    without = [errors(forecast, values)[0] for values in (sine, ramps[0])]
+    assert with_cubic[0] < 0.1 * without[0]
+    assert with_cubic[1] < 1.02 * without[1]
 
 
 def test_fitted_candidates_are_better_than_polynomials() -> None:
@@ -111,7 +128,7 @@ def test_angles_are_forecast_by_their_turn() -> None:
 
 def test_forecasts_are_no_larger_than_what_was_seen_and_stay_in_the_range() -> None:
     forecast = InputForecast(False, False, POLYNOMIALS[None], np.array([0.05]))
-    rising = np.linspace(-1.0, 0.0, n_points(forecast))  # by 0.07
+    rising = 0.07 * np.arange(1 - n_points(forecast), 1.0)
     scaling = range_scaling(ROAD)
 
     def next_after(values: FloatArray, forecast: InputForecast) -> float:

@@ -29,7 +29,7 @@ def forecasting(
 
 def n_points(forecast: InputForecast) -> int:
     """The number of inputs, one step apart, that a forecast looks at."""
-    return int(forecast.weights.shape[2]) + forecast.n_scored + 1
+    return max(int(forecast.weights.shape[2]), 3) + forecast.n_scored + 1
 
 
 def plain_change(forecast: InputForecast, index: int, x: list[float], steps: float) -> float:
@@ -41,9 +41,10 @@ def plain_change(forecast: InputForecast, index: int, x: list[float], steps: flo
         return min(max(found, -largest), largest)
 
     best, least = 0.0, 0.5 * sum((x[j] - x[j + 1]) ** 2 for j in range(forecast.n_scored))
-    for weights in forecast.weights[index]:
+    cubic = np.array([-6.0, 4.0, -1.0])
+    for weights, better in [*((one, 1.0) for one in forecast.weights[index]), (cubic, 0.5)]:
         errors = [x[j] - x[j + 1] - change(weights, j + 1) for j in range(forecast.n_scored)]
-        if (score := sum(error**2 for error in errors)) < least:
+        if (score := sum(error**2 for error in errors)) < better * least:
             best, least = change(weights, 0), score
     return best
 

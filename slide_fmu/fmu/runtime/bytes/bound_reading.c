@@ -64,7 +64,7 @@ static void read_head(SlideBoundView *view, uint32_t n_outputs, SlideCursor *fil
                     head->features.n_signals == n_statistics &&
                     head->features.chosen.count == n_statistics,
                 "surrogate file: the head of an error bound maps %u samples of %u features; "
-                "expected 1 of %u, the statistics themselves",
+                "expected 1 of %u",
                 (unsigned)head->n_samples, (unsigned)head->features.chosen.count,
                 (unsigned)n_statistics);
 }

@@ -25,8 +25,8 @@ static bool has_direction(const SlideInstance *instance, const double *inputs, c
         if (model->cosine[i] && !(hypot(inputs[i], inputs[i + 1]) >= SHORTEST_DIRECTOR)) {
             slide_report(instance, SLIDE_ERROR,
                          "%s with value references %u and %u = %g, %g, which gives no direction; "
-                         "expected cosine and sine of an angle, not both zero (length at least "
-                         "%g): set both and step again; nothing was changed",
+                         "expected cosine and sine of an angle (length at least %g); nothing was "
+                         "changed",
                          which, i, i + 1, inputs[i], inputs[i + 1], SHORTEST_DIRECTOR);
             return false;
         }

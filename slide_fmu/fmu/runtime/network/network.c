@@ -13,8 +13,8 @@ static const SlideFamily *take_family(SlideCursor *cursor) {
         }
     }
     slide_check(cursor, false,
-                "surrogate file: network of kind %u; expected one of the kinds that this version "
-                "of slide-fmu writes: export the surrogate again from its recipe",
+                "surrogate file: network of kind %u; expected one that this version of slide-fmu "
+                "writes: export the surrogate again",
                 (unsigned)number);
     return NULL;
 }

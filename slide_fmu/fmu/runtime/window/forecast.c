@@ -4,10 +4,20 @@
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
-static const double BETTER = 0.5; /* of the held value's mean square error */
+static const double BETTER = 0.5; /* of another mean square error */
+
+/* Of u(t - i H) - u(t), the sum of which is how much an input changes. */
+typedef struct {
+    const double *weights;
+    size_t n_past;
+} Candidate;
+
+static const double CUBIC_WEIGHTS[] = {-6, 4, -1}, HELD_WEIGHT = 0;
+static const Candidate CUBIC = {CUBIC_WEIGHTS, 3}, HELD = {&HELD_WEIGHT, 1};
 
 static size_t n_points(const SlideForecast *forecast) {
-    return (size_t)forecast->n_past + forecast->n_scored + 1;
+    const size_t n_past = forecast->n_past > CUBIC.n_past ? forecast->n_past : CUBIC.n_past;
+    return n_past + forecast->n_scored + 1;
 }
 
 /* A row of the file: the largest change, then the weights. */
@@ -48,21 +58,19 @@ static double within(double value, double low, double high) {
 }
 
 /* How much a candidate says that a channel changes after the newest of these points. */
-static double change_of(const SlideForecast *forecast, const double *weights, const double *x,
-                        double largest) {
+static double change_of(Candidate candidate, const double *x, double largest) {
     double change = 0;
-    for (size_t i = 0; i < forecast->n_past; ++i) {
-        change += weights[i] * (x[i + 1] - x[0]);
+    for (size_t i = 0; i < candidate.n_past; ++i) {
+        change += candidate.weights[i] * (x[i + 1] - x[0]);
     }
     return within(change, -largest, largest);
 }
 
-/* The squared errors of a candidate at the last points; weights: NULL for the held value. */
-static double score(const SlideForecast *forecast, const double *weights, double largest) {
+/* The squared errors of a candidate at the last points. */
+static double score(const SlideForecast *forecast, Candidate candidate, double largest) {
     double sum = 0;
     for (const double *x = forecast->channel + forecast->n_scored; x > forecast->channel; --x) {
-        double error = x[-1] - x[0];
-        error -= weights == NULL ? 0 : change_of(forecast, weights, x, largest);
+        const double error = x[-1] - x[0] - change_of(candidate, x, largest);
         sum += error * error;
     }
     return sum;
@@ -73,15 +81,20 @@ static double best_change(const SlideForecast *forecast, size_t input, double le
     const double largest = forecast->largest[input] * length / forecast->sample_step;
     const size_t n_past = forecast->n_past;
     const double *weights = forecast->weights + input * forecast->n_candidates * n_past;
-    double least = BETTER * score(forecast, NULL, largest), change = 0;
+    double least = BETTER * score(forecast, HELD, largest);
+    Candidate best = HELD;
     for (size_t i = 0; i < forecast->n_candidates; ++i, weights += n_past) {
-        const double found = score(forecast, weights, largest);
+        const Candidate candidate = {weights, n_past};
+        const double found = score(forecast, candidate, largest);
         if (found < least) {
             least = found;
-            change = change_of(forecast, weights, forecast->channel, largest);
+            best = candidate;
         }
     }
-    return change;
+    if (forecast->n_candidates > 0 && score(forecast, CUBIC, largest) < BETTER * least) {
+        best = CUBIC;
+    }
+    return change_of(best, forecast->channel, largest);
 }
 
 /* Turns of a director until the newest point, unwrapped. */

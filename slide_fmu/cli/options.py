@@ -76,9 +76,7 @@ DataSeedOption = Annotated[
 ]
 OverwriteOption = Annotated[
     bool,
-    typer.Option(
-        "--overwrite", help="Replace data that were made from other values of the recipe."
-    ),
+    typer.Option("--overwrite", help="Make all data anew, such as after a change of the model."),
 ]
 
 

@@ -6,6 +6,7 @@ called. So exporting an FMU does not wait for imports that train networks or dra
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from shlex import quote
@@ -15,6 +16,7 @@ import typer
 
 from slide_fmu.cli.console import (
     GOES_ON,
+    WITHOUT_OVERWRITE,
     console,
     errors,
     json_bytes,
@@ -148,6 +150,7 @@ def init(
     with progress_bars() as bar:
         require_models(models)
         place = output or Path(f"{proposed_name(models[0], name)}.toml")
+        _require_other(place, [*models, *([str(chain)] if chain is not None else [])])
         if not force:
             _require_free(place)  # before the model is simulated
         chosen = parse_range(inputs or []), tuple(outputs or ())
@@ -180,6 +183,17 @@ def _only(models: list[str], time: str | None) -> str:
             "(.csv, .parquet, .h5, .mat) alone"
         )
     return models[0]
+
+
+def _require_other(place: Path, sources: Sequence[str]) -> None:
+    """Refuse to write the recipe in the place of a file that it is made from."""
+    for source in sources:
+        for name in (source, source.rpartition(":")[0]):
+            if name and Path(name).resolve() == place.resolve():
+                raise ValueError(
+                    f"-o {str(place)!r} is the model's own file; expected another one for the "
+                    "recipe, such as NAME.toml; nothing was written"
+                )
 
 
 def _require_free(place: Path) -> None:
@@ -229,7 +243,7 @@ def run(
     from slide_fmu.report.console import print_curve, print_sizes
     from slide_fmu.report.quality import require_quality
 
-    with progress_bars(GOES_ON) as bar:
+    with progress_bars(WITHOUT_OVERWRITE if overwrite else GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         show_found(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
@@ -242,7 +256,7 @@ def run(
     for sentence in finished.verdict:
         console.print(sentence)
     console.print(f"FMU     {finished.fmu}\nreport  {finished.page}")
-    console.print(f"next    slide-fmu info {finished.fmu}")
+    console.print(f"next    slide-fmu info {quote(str(finished.fmu))}")
     with errors():
         require_quality(job.recipe, figures)
 
@@ -294,7 +308,7 @@ def generate(
     from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve
 
-    with progress_bars(GOES_ON) as bar:
+    with progress_bars(WITHOUT_OVERWRITE if overwrite else GOES_ON) as bar:
         job = open_job(recipe, runs, bar, data_seed=seed, tell=console.print)
         figures = generate_recipe(job, workers, executor, overwrite)
     write_json(json_path, figures)

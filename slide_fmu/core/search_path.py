@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import filecmp
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -47,6 +49,18 @@ def make_importable(*folders: Path) -> None:
         if isinstance(place, RecipeFolder) and place not in new
     ]
     sys.path[:] = [*others, *new, *earlier]
+
+
+@contextmanager
+def beside(file: Path) -> Iterator[None]:
+    """Let a file import modules next to it while it runs, after those of all other folders."""
+    place = str(file.resolve().parent)
+    sys.path.append(place)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):  # the file may have changed the path itself
+            sys.path.remove(place)
 
 
 def make_models_importable(fmu: Path) -> None:

@@ -70,6 +70,11 @@ def ratio(unit: str, over: str) -> str:
     return f"{unit}/{over}" if "/" not in over else f"{unit}/({over})"
 
 
+def are_other(first: str | None, second: str | None) -> bool:
+    """Tell whether two units are known and differ."""
+    return first != second and not {None, "", NO_UNIT} & {first, second}
+
+
 def require_unit(name: str, unit: str) -> None:
     """Refuse a signal's unit that is not a product of known symbols, such as ``"N.m"``.
 

@@ -21,6 +21,7 @@ from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.loop_partner import own_partner
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import System
 from slide_fmu.systems.simulation import simulate
@@ -72,10 +73,13 @@ def data_fingerprint(recipe: Recipe) -> Fingerprint:
         keys = {"amplitude_factor", "in_range"}
         drawn = recipe.estimator.expert.model_dump(mode="json", include=keys)
         estimator = {"expert": drawn}
+    data = recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER})
+    if not rules_of(recipe).simulated:
+        data["lead"] = recipe.window.n_in - recipe.window.n_out  # records are cut by it
     found = Fingerprint(
         system=recipe.system.model_dump(mode="json", exclude=exclude),
         step=recipe.window.step,
-        data=recipe.data.model_dump(mode="json", exclude={*SPLITS, *_DO_NOT_MATTER}),
+        data=data,
         parameters=recipe.model_dump(mode="json", include={"parameters"})["parameters"],
         estimator=estimator,
         bound=_with_kinds(recipe.further_kinds()),

@@ -16,11 +16,15 @@ from pathlib import Path
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.apart import ended_process
-from slide_fmu.data.failures import too_many_failures
+from slide_fmu.data.failures import kept_failures, too_many_failures
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.pool import as_done
 from slide_fmu.data.store import Store
-from slide_fmu.data.store_preparation import forget_damaged, prepared_store
+from slide_fmu.data.store_preparation import (
+    forget_damaged,
+    forget_trajectories,
+    prepared_store,
+)
 from slide_fmu.data.stored_split import Shapes
 from slide_fmu.data.worker import Order, Tally, make_ordered, make_trajectories
 from slide_fmu.recipe.case import Case
@@ -86,6 +90,9 @@ def fill_store(
     Arguments and errors are as in ``generate``; workers make systems of their own.
     """
     recipe = case.recipe
+    if too_many_failures(store.path, recipe) is not None:  # the model may be corrected by now
+        for failure in kept_failures(store.path):
+            forget_trajectories(store, failure.split, [failure.index])
     wanted, make = _missing(recipe, store), _maker(case, store, executor, recipe_folder)
     total = sum(recipe.count(split) for split in SPLITS)
     before, made = total - len(wanted), 0

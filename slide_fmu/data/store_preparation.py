@@ -165,7 +165,7 @@ def remove_store(path: Path) -> None:
     It is renamed first, so that a partly removed store is never used.
     """
     doomed = path.with_name(f"{path.name}.removed")
-    shutil.rmtree(doomed, ignore_errors=True)
+    shutil.rmtree(doomed, ignore_errors=True)  # which a program that was killed may have left
     if path.exists():
         path.rename(doomed)
         shutil.rmtree(doomed)

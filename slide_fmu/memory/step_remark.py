@@ -1,4 +1,5 @@
-"""A remark warns if a recipe's step loses motion between samples, or wastes samples."""
+"""A remark warns if a recipe's step changes the motion, loses some between samples, or wastes
+samples."""
 
 from __future__ import annotations
 
@@ -21,6 +22,12 @@ COARSE, COARSER, WASTE = 0.1, 4, 0.005
 """Limits of errors between samples, relative to the output's standard deviation: above the first,
 the step is too coarse. If samples at ``COARSER`` times the step stay below the last, the step
 wastes samples."""
+SAME = 0.005
+"""Outputs at the samples may differ by this fraction of their standard deviation where the system
+is simulated more finely."""
+OWN_CURVES = {"class", "object"}
+"""Kinds of models that may draw curves of their own through samples. Finer samples are another
+motion for them."""
 STILL = 1e-6
 """An output that moves by less than this fraction of its range gives no information on the
 step."""
@@ -29,8 +36,9 @@ step."""
 def step_remark(case: Case) -> str | None:
     """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
 
-    The system is simulated more finely along a motion of the recipe. There is no remark if the
-    system cannot be made with another step, or if its outputs do not move.
+    The system is simulated more finely along a motion of the recipe, and at the recipe's step
+    along the same. There is no remark if the system cannot be made with another step, or if its
+    outputs do not move.
 
     Raises:
         SimulationError: the system could not be simulated.
@@ -40,9 +48,13 @@ def step_remark(case: Case) -> str | None:
         system = case.system_with_step(step / FINER)
     except LoadError:
         return None
-    names, outputs = _finer_outputs(recipe, system)
+    names, outputs, inputs = _finer_outputs(recipe, system)
     if not names:
         return None
+    if recipe.system.kind not in OWN_CURVES:
+        other = _another_motion(case, names, outputs, inputs)
+        if other is not None:
+            return other
     # inputs or their rates may jump at samples, and some outputs follow them at once
     errors = np.minimum(between_samples(outputs, FINER), after_jumps(outputs, FINER))
     lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
@@ -59,6 +71,34 @@ def step_remark(case: Case) -> str | None:
             f"outputs to {100 * rarer:.2g} %; a larger step makes data, training and FMU cheaper"
         )
     return None
+
+
+def _another_motion(
+    case: Case, names: list[str], outputs: FloatArray, inputs: FloatArray
+) -> str | None:
+    """Say that the system moves in another way at the recipe's step than at a finer one.
+
+    Outputs of some names and inputs are those at the finer step.
+    """
+    system, true = case.system, outputs[::FINER]
+    columns = [k for k, signal in enumerate(system.outputs) if signal.name in names]
+    own = simulate(system, inputs[FINER - 1 :: FINER]).outputs[:, columns]
+    errors = _relative(own - true, true)
+    name, apart = names[int(np.argmax(errors))], float(np.max(errors))
+    if apart <= SAME:
+        return None
+    moves = hold_of(case.system.inputs) == "first_order"
+    cause = (
+        'where the model holds its inputs over a step, write hold = "zero_order" for them, or '
+        "let it move them linearly; else "
+        if moves
+        else ""
+    )
+    return (
+        f"window.step = {case.recipe.window.step:g} s: {name} differs by {percent(apart)} of its "
+        f"standard deviation from a simulation with steps of a quarter, under the same inputs; "
+        f"expected at most {100 * SAME:g} %: {cause}let the model take smaller steps of its own"
+    )
 
 
 def between_samples(outputs: FloatArray, every: int) -> FloatArray:
@@ -91,18 +131,19 @@ def _relative(error: FloatArray, true: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.std(true, axis=0))
 
 
-def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArray]:
+def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArray, FloatArray]:
     """Simulate a motion more finely: the first that does not fail and moves outputs.
 
-    Only moving outputs are returned, their names and values, shape (N, n_moving); without any if
-    no motion moves one.
+    Only moving outputs are returned, their names and values, shape (N + 1, n_moving), with the
+    inputs, shape (N, n_inputs); without any if no motion moves one.
     """
     failure = None
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    names, found = list[str](), None
+    names, found, inputs = list[str](), None, np.empty((0, len(system.inputs)))
     for attempt in range(PROBE_ATTEMPTS):
+        inputs = _finer_inputs(recipe, system, attempt)
         try:
-            outputs = simulate(system, _finer_inputs(recipe, system, attempt)).outputs
+            outputs = simulate(system, inputs).outputs
         except SimulationError as error:
             failure = error
             continue
@@ -116,7 +157,7 @@ def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArra
     if found is None:
         assert failure is not None
         raise failure
-    return names, found
+    return names, found, inputs
 
 
 def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:

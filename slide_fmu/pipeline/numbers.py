@@ -227,8 +227,8 @@ def _memo(case: Case, place: Path) -> Memo:
     recipe = case.recipe
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed"})
     tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
-    if recipe.parameters:
-        tables |= recipe.model_dump(mode="json", include={"parameters"})
+    more = {name for name in ("parameters", "loop") if getattr(recipe, name)}
+    tables |= recipe.model_dump(mode="json", include=more)
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     about = json.loads(json.dumps({**tables, "data": data}))

@@ -12,7 +12,7 @@ from functools import lru_cache
 from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.core.units import NO_UNIT
+from slide_fmu.core.units import are_other
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.systems.base import Source, Stepping
 from slide_fmu.systems.declared import Declared, SignalTable, SignalTables
@@ -151,7 +151,7 @@ def _port(
 
 def _require_unit(label: str, what: str, name: str, table: SignalTable, other: Signal) -> None:
     """Refuse a signal in another unit; one whose unit is not known fits all."""
-    if table.unit not in (None, NO_UNIT, other.unit) and other.unit != NO_UNIT:
+    if are_other(table.unit, other.unit):
         raise LoadError(
             f"{label}: {what} {name!r} is in {table.unit}, and {other.name!r} of the system in "
             f"{other.unit}; expected one unit: convert it in the partner, or correct through"

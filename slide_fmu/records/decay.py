@@ -8,6 +8,7 @@ Its uncertainty comes from leaving out one segment of the record after another (
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -97,9 +98,9 @@ def decay_of_records(
             order.
     """
     sums = _Sums(_scaled(trajectories))
-    order, poles = sums.chosen()
     edge = _band_edge(trajectories)
-    rates = np.array([_slowest(sums.poles(order, out), edge).real for out in sums.segments])
+    order, poles = sums.chosen(edge)
+    rates = np.array([_slowest(sums.poles(order, edge, out), edge).real for out in sums.segments])
     count = len(rates)
     deviation = math.sqrt((count - 1) / count * float(np.sum((rates - rates.mean()) ** 2)))
     step = trajectories[0].step
@@ -176,18 +177,20 @@ class _Sums:
         self._products = _segment_products(parts, self._most)
         self.segments = tuple(range(len(self._products)))
 
-    def chosen(self) -> tuple[int, np.ndarray]:
+    def chosen(self, edge: float) -> tuple[int, np.ndarray]:
         """Return the best order, and the poles of its model."""
         best = min(self._orders, key=self._criterion)
-        return best, self.poles(best)
+        return best, self.poles(best, edge)
 
-    def poles(self, order: int, left_out: int | None = None) -> np.ndarray:
+    def poles(self, order: int, edge: float, left_out: int | None = None) -> np.ndarray:
         """Return the poles of the truncated model of an order, shape (n,), the slowest among them.
 
-        They may lie outside of the unit circle.
+        They may lie outside of the unit circle, at angles per sample up to the edge.
         """
         coefficients, _, _ = self._fit(order, left_out)
-        return _shown_poles(self._state_space(coefficients, order), 1.0 - 1.0 / self._length)
+        inside = 1.0 - 1.0 / self._length
+        model = _excited_part(self._state_space(coefficients, order), inside, edge)
+        return _shown_poles(model, inside)
 
     def _criterion(self, order: int) -> float:
         """Return Schwarz's criterion of an order."""
@@ -286,6 +289,31 @@ def _segment_products(
             found[index] = before + table.T @ table, count + len(rows)
         passed += len(inputs)
     return [products for products in found if products[1]]
+
+
+def _excited_part(
+    model: tuple[FloatArray, FloatArray, FloatArray], inside: float, edge: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the part of a model without poles that grow faster than anything was excited.
+
+    Such poles fit noise, or what a filter left of high frequencies. An ordered real Schur form
+    takes them apart from the others (Golub and Van Loan, Matrix Computations, section 7.6.3).
+    """
+    a, b, c = model
+
+    def stays(real: float, imaginary: float) -> bool:
+        pole = complex(real, imaginary)
+        return abs(pole) * inside < 1.0 or abs(cmath.phase(pole)) <= edge
+
+    form, basis, count = scipy.linalg.schur(a, sort=stays)
+    if count in (0, len(a)):
+        return model
+    first, second = slice(None, count), slice(count, None)
+    mixed = scipy.linalg.solve_sylvester(
+        form[first, first], -form[second, second], -form[first, second]
+    )
+    turned = basis.T @ b
+    return form[first, first], turned[first] - mixed @ turned[second], (c @ basis)[:, first]
 
 
 def _shown_poles(model: tuple[FloatArray, FloatArray, FloatArray], inside: float) -> np.ndarray:

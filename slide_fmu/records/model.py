@@ -10,6 +10,7 @@ import numpy as np
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
+from slide_fmu.core.units import are_other
 from slide_fmu.record_files.reading import READERS, read_record, read_records
 from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.answer_table import ANSWERS
@@ -167,6 +168,11 @@ def _completed(what: str, name: str, table: SignalTable, record: Record) -> Sign
     Outputs have no hold.
     """
     unit = record.units[table.column or name] or None
+    if are_other(table.unit, unit):
+        raise RecordError(
+            f"{what} {name!r} is in {table.unit} in the recipe, and in {unit} in {record.path}; "
+            "expected the unit of the record, since values are not converted"
+        )
     return table.over(SignalTable(unit=unit, hold=HOLD if what == "input" else None))
 
 

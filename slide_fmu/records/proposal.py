@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slide_fmu.core.signals import Hold
+from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
 from slide_fmu.propose.proposal import Proposal, Wish
@@ -207,15 +207,21 @@ def _signal(
 
 def _start(record: Record, column: str) -> float:
     """Return the start value: the median of all measured values."""
-    return float(f"{np.nanmedian(record.columns[column]):.3g}")
+    return float(f"{np.median(_finite(record, column)):.3g}")
 
 
 def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
     """Return the least and largest value of a column, rounded outwards to three digits."""
-    values = [record.columns[column] for record in records]
-    low, high = min(map(np.nanmin, values)), max(map(np.nanmax, values))
+    values = np.concatenate([_finite(record, column) for record in records])
+    low, high = float(values.min()), float(values.max())
     unit = 10.0 ** (math.floor(math.log10(high - low)) - 2)
     return _neat(math.floor(low / unit) * unit), _neat(math.ceil(high / unit) * unit)
+
+
+def _finite(record: Record, column: str) -> FloatArray:
+    """Return the values of a column that are numbers; others count as gaps."""
+    values = record.columns[column]
+    return np.asarray(values[np.isfinite(values)])
 
 
 def _neat(value: float) -> float:

@@ -50,11 +50,7 @@ def load_system(specification: Specification) -> System:
 
 
 def require_system(source: Source, model: str) -> System:
-    """Return a source of a model that can be simulated.
-
-    Raises:
-        LoadError: there are only records of the system.
-    """
+    """Return a source of a model that can be simulated; a LoadError if there are only records."""
     if not isinstance(source, System):
         raise LoadError(
             f"record {model!r} cannot be simulated; expected a model of the system "

@@ -13,7 +13,7 @@ from pydantic import Field, InstanceOf, TypeAdapter
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.core.units import behind
+from slide_fmu.core.units import are_other, behind
 from slide_fmu.systems.base import System
 from slide_fmu.systems.declared import Parameter, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
@@ -81,9 +81,16 @@ def chosen_signals(label: str, offered: SignalTables, chosen: SignalTables) -> t
         chosen: the tables of the recipe.
 
     Raises:
-        LoadError: the recipe names signals that are not there, or a range is not known.
+        LoadError: the recipe names signals that are not there, or other units than the model's,
+            or a range is not known.
     """
     _require_offered(label, offered, chosen)
+    for name, table in chosen.items():
+        if are_other(table.unit, offered[name].unit):
+            raise LoadError(
+                f"{label} {name!r} is in {table.unit} in the recipe, and in {offered[name].unit} "
+                "in the model; expected the model's unit, since values are not converted"
+            )
     return tuple(
         chosen.get(name, SignalTable()).over(table).signal(label, name)
         for name, table in offered.items()

@@ -13,7 +13,7 @@ from types import ModuleType
 
 from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.file_kinds import file_of_another_kind
-from slide_fmu.core.search_path import AmbiguousFileError
+from slide_fmu.core.search_path import AmbiguousFileError, beside
 from slide_fmu.core.search_path import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
@@ -79,11 +79,7 @@ def _require_own(label: str, name: str) -> None:
 
 
 def refuse_other_file(label: str, name: str) -> None:
-    """Refuse a file that is no model in Python by its name.
-
-    Raises:
-        LoadError: it is one; the label begins the message.
-    """
+    """Refuse a file that is no model in Python by its name, with a LoadError of this label."""
     other = file_of_another_kind(name, "an FMU (.fmu), a Python file (.py) or a measured record")
     if other is not None and not name.endswith(".py"):
         raise LoadError(f"{label}: {name!r} {other}") from None
@@ -141,7 +137,8 @@ def _module_of_file(path: Path) -> ModuleType:
     module.__file__ = str(path)
     try:
         # Python's own loader would take what it compiled of a former file of the same second
-        exec(compile(content, path, "exec", dont_inherit=True), vars(module))
+        with beside(path):
+            exec(compile(content, path, "exec", dont_inherit=True), vars(module))
     except BaseException:
         del sys.modules[name]
         raise

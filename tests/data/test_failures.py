@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.kept import DamagedFileError
+from slide_fmu.data import generation
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
@@ -19,6 +20,7 @@ from slide_fmu.data.failures import (
     kept_failures,
     remove_failures,
 )
+from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
 from slide_fmu.data.store import open_store
@@ -26,6 +28,7 @@ from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.errors import SimulationError
+from tests.data.failing_system import FailingSystem
 from tests.data.test_generation import Inline
 from tests.marks import first
 from tests.progress import silent
@@ -147,6 +150,22 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
     more = failing(0.9, fail=0.9)  # allowed more, it goes on where it was
     assert len(made(more, tmp_path / "store")) > before
     assert len(open_store(tmp_path / "store").split("train").read().inputs) == TRAIN
+
+
+def test_a_corrected_model_is_simulated_again_where_the_former_one_failed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe, store = failing(0.02, fail=LEVEL), tmp_path / "store"
+    for _ in range(2):
+        with refused(SimulationError, "trajectories could not be simulated"):
+            made(recipe, store)
+    known = identity(case_of(recipe).source, recipe)  # a change elsewhere does not show in it
+    monkeypatch.setattr(generation, "identity", lambda *_: known)
+    monkeypatch.setattr(
+        FailingSystem, "simulate", lambda _, inputs: np.vstack([inputs[:1], inputs])
+    )
+    assert made(recipe, store) == []
+    assert len(open_store(store).split("train").read().inputs) == TRAIN
 
 
 def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:

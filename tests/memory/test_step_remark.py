@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,42 @@ def test_course_after_a_jump_that_samples_miss_is_a_loss() -> None:
     remark = of_here("HighPass", 0.1, HELD, time_constant=0.02)
     assert remark is not None
     assert "between its samples x differs by" in remark
+
+
+SAMPLED = """
+import numpy as np
+
+hold = "{hold}"
+inputs = {{"u": {{"unit": "1", "range": [-1.0, 1.0]}}}}
+outputs = {{"y": {{"unit": "1", "range": [-1.0, 1.0]}}}}
+
+
+def simulate(t, u, p):
+    kept, y = np.exp(-(t[1] - t[0]) / 0.2), np.empty(len(t))
+    y[0] = u[0, 0]
+    for k in range(1, len(t)):
+        y[k] = kept * y[k - 1] + (1 - kept) * u[k, 0]
+    return y
+"""
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_simulation_that_holds_its_inputs_must_say_so(tmp_path: Path, hold: str) -> None:
+    path = tmp_path / "sampled.py"
+    path.write_text(SAMPLED.format(hold=hold), encoding="utf-8")
+    recipe = whole_recipe(
+        {
+            "name": "sampled",
+            "description": "Lag.",
+            "system": {"kind": "function", "model": str(path)},
+            "window": {"step": 0.05, "n_in": 40, "n_out": 20},
+            "data": {"duration": 3.0, "burn_in": 1.0, "train": 2, "validation": 2},
+        }
+    )
+    remark = step_remark(case_of(recipe)) or ""
+    assert ("differs by" in remark and 'write hold = "zero_order"' in remark) == (
+        hold == "first_order"
+    )
 
 
 def test_outputs_that_do_not_move_say_nothing_about_the_step() -> None:

@@ -15,13 +15,14 @@ from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data import pool
 from slide_fmu.data.store import open_store
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.fitting import learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
-from slide_fmu.pipeline.numbers import known_numbers
+from slide_fmu.pipeline.numbers import _memo, known_numbers
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.recipe import RecipeError
@@ -152,6 +153,15 @@ def test_curve_follows_physical_parameters(
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
     wider = opened(tmp_path, text.replace("3.0]", "3.5]"))
     assert known_numbers(wider.case, wider.open_keys, wider.folder) is None
+
+
+def test_curve_of_other_loops_is_another_one(tmp_path: Path) -> None:
+    loop = LoopRecipe(output="position", input="force", weight=0.5, mass=(1.0, 2.0))
+    case, place = opened(tmp_path, OPEN).case, tmp_path / "curve.json"
+    _memo(case, place).keep("curve", 3)
+    assert _memo(case, place).found("curve") == 3
+    looped = case.with_recipe(case.recipe.model_copy(update={"loop": (loop,)}))
+    assert _memo(looped, place).found("curve") is None
 
 
 class Killed(Exception):

@@ -298,6 +298,16 @@ def test_recipe_that_is_there_is_refused_before_the_model_is_run(tmp_path: Path)
     assert "exists already" in result.output
 
 
+@pytest.mark.parametrize("name", ["slow_lag.py", "slow_lag.py:Lag", "sub/../slow_lag.py"])
+def test_model_is_never_replaced_by_its_recipe(lag: Path, tmp_path: Path, name: str) -> None:
+    (tmp_path / "sub").mkdir()
+    before = Path("slow_lag.py").read_bytes()
+    result = invoke("init", name, "-o", "slow_lag.py", "--force")
+    assert result.exit_code == 1
+    assert "is the model's own file" in result.output
+    assert Path("slow_lag.py").read_bytes() == before
+
+
 INIT = "init", "slow_lag.py", "--input", "force=-2..2", "-o", "recipes/lag.toml"
 
 

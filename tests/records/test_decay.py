@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from slide_fmu.core.signals import Trajectory
+from slide_fmu.record_files.reading import read_records
 from slide_fmu.records.decay import RecordDecay, decay_of_records
+from slide_fmu.records.preparation import Preparation, prepared
 from tests.own_records import BEND, FREQUENCY, RATE, STEP, force_and_travel
 from tests.refusals import refused
 
@@ -31,6 +36,24 @@ def test_rate_and_frequency_of_an_oscillator_are_found_beside_noise(noise: float
     assert found.frequency == pytest.approx(FREQUENCY, rel=0.05)
     assert not found.lasts
     assert found.time == pytest.approx(np.log(100) / RATE, rel=0.08)
+
+
+@pytest.mark.parametrize(("step", "noise"), [(0.02, 0.0), (0.05, 0.0), (0.03, 1e-3), (0.05, 0.01)])
+def test_resampled_lag_under_a_smoothed_input_decays_as_it_does(
+    tmp_path: Path, step: float, noise: float
+) -> None:
+    """A fit to it also has a pole that grows, at a frequency that the input never had."""
+    rng, count = np.random.default_rng(1), 6000
+    force = np.convolve(rng.normal(size=count), np.ones(20) / 20, "same")
+    lag = lfilter([0.05, 0.05], [1.0, -0.9], force)
+    lag += noise * lag.std() * rng.normal(size=count)
+    table = np.stack([0.01 * np.arange(count), force, lag], axis=1)
+    np.savetxt(tmp_path / "lag.csv", table, "%.18e", ",", header="time,force,lag", comments="")
+    records = read_records((str(tmp_path / "lag.csv"),), ("force", "lag"))
+    made = prepared(records, Preparation(("force",), ("lag",), step, "first_order", "same"))
+    found = decay_of_records([piece.trajectory for piece in made.pieces], 0.01)
+    assert not found.lasts
+    assert found.rate == pytest.approx(np.log(0.9) / 0.01, rel=0.06)
 
 
 def test_interval_of_a_linear_system_mostly_holds_the_true_time_and_shrinks_with_length() -> None:

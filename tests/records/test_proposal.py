@@ -46,6 +46,16 @@ def test_proposed_recipe_has_columns_units_ranges_and_the_step(tmp_path: Path) -
     assert recipe.estimator is None  # there are few samples
 
 
+def test_values_that_are_infinite_are_no_part_of_a_range(tmp_path: Path) -> None:
+    force, travel = force_and_travel(4000)
+    force[100] = -np.inf
+    path = write_columns(
+        tmp_path / "a.csv", time=STEP * np.arange(4000), force=force, travel=travel
+    )
+    low, high = recipe_for(path).system.inputs["force"].range or (0.0, 0.0)
+    assert -10 < low < high < 10
+
+
 def test_long_record_gets_an_error_estimator(tmp_path: Path) -> None:
     assert recipe_for(write_record(tmp_path / "a.csv", 20_000)).estimator is not None
 

@@ -46,6 +46,9 @@ def test_column_of_another_name_becomes_the_signal(tmp_path: Path) -> None:
     force = {"force": SignalTable(range=(-3.0, 3.0), column="Force at rod")}
     [signal] = source_of(path, inputs=force).inputs
     assert (signal.name, signal.unit) == ("force", "kN")
+    other = {"force": force["force"].model_copy(update={"unit": "N"})}
+    with refused(LoadError, "input 'force' is in N in the recipe, and in kN in", "not converted"):
+        source_of(path, inputs=other)
 
 
 def test_column_that_is_missing_is_named_with_the_key_that_names_another(tmp_path: Path) -> None:

@@ -167,6 +167,17 @@ def test_store_holds_the_segments_and_is_refused_after_a_change_of_the_file(
         made(recipe, store)
 
 
+def test_store_is_refused_where_another_window_cuts_other_segments(tmp_path: Path) -> None:
+    recipe, store = (
+        with_numbers(recipe_of(write_record(tmp_path / "a.csv")), 11, 3),
+        tmp_path / "d",
+    )
+    assert made(recipe, store) == 14
+    window = recipe.window.model_copy(update={"n_in": recipe.window.n_in - 8})
+    with refused(StoreError, "data.lead"):
+        made(recipe.model_copy(update={"window": window}), store)
+
+
 def without_outputs(path: Path, rows: slice, count: int = 4000) -> Path:
     """Write a record in which the outputs of some rows are empty."""
     write_record(path, count, noise=0.01)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -14,6 +15,7 @@ from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
+from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import KINDS, describe_model, load_system
 from slide_fmu.systems.simulation import simulate
@@ -121,6 +123,29 @@ def test_model_file_that_was_rewritten_is_read_again_in_the_same_process(tmp_pat
         system = load_system(Specification(str(path), {}, 0.1, kind="function"))
         found.append(float(simulate(system, np.ones((5, 1))).outputs[-1, 0]))
     assert found == [2.0, 3.0]
+
+
+def test_model_file_imports_its_neighbours_from_any_folder(tmp_path: Path) -> None:
+    (tmp_path / "neighbour_of_gain.py").write_text("FACTOR = 5.0", encoding="utf-8")
+    path = tmp_path / "gain.py"
+    text = "from neighbour_of_gain import FACTOR\n" + GAIN.format(factor="FACTOR")
+    path.write_text(text, encoding="utf-8")
+    before = list(sys.path)
+    system = load_system(Specification(str(path), {}, 0.1, kind="function"))
+    assert simulate(system, np.ones((5, 1))).outputs[-1, 0] == 5.0
+    assert sys.path == before
+
+
+def test_unit_that_differs_from_that_of_the_model_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "gain.py"
+    path.write_text(
+        GAIN.replace('"1", "range": [-1', '"N", "range": [-1').format(factor=2), "utf-8"
+    )
+    given = Specification(str(path), {}, 0.1, "function", {"u": SignalTable(unit="kN")})
+    with refused(LoadError, "input 'u' is in kN in the recipe, and in N in the model"):
+        load_system(given)
+    for unit in ("N", None):
+        load_system(replace(given, inputs={"u": SignalTable(unit=unit)}))
 
 
 GAIN = """

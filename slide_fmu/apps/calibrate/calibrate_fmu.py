@@ -12,6 +12,7 @@ from slide_fmu.apps.calibrate.calibrate import calibrate, free_parameters, relea
 from slide_fmu.apps.calibrate.result import Calibration
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray, Signal, on_circles
+from slide_fmu.core.units import are_other
 from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.record_files.reading import read_records
@@ -213,7 +214,7 @@ def _require_units(
     for signal in signals:
         column = columns.get(signal.name)
         unit = record.units[column] if column is not None else ""
-        if unit not in ("", signal.unit):
+        if are_other(unit, signal.unit):
             raise RecordError(
                 f"{record.path}: column {column!r} is in {unit}; expected {signal.unit}, the "
                 f"FMU's unit of {signal.name!r}: convert the column and its header"

@@ -19,6 +19,7 @@ from slide_fmu.data.draws import PROBE_SAMPLES, probe
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.estimator import drawn_factors
 from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.recipe.model_rules import rules_of
@@ -122,14 +123,20 @@ def same_kinds_of_draws(fingerprint: Fingerprint) -> Fingerprint:
 def identity(system: System, recipe: Recipe) -> FloatArray:
     """Return numbers that change when the source of the data changes, shape (n, m).
 
-    For a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``), and of
-    one of each partner that is a model; ``same_motion`` compares them.
+    For a system they are the outputs of a short motion (``slide_fmu.data.draws.probe``), also at
+    the lower and the upper ends of the ranges of its parameters, and of one of each partner that
+    is a model; ``same_motion`` compares them.
 
     Raises:
+        LoadError: the system cannot be made at the ends of the ranges.
         SimulationError: the system could not be simulated.
     """
+    parameters = recipe.physical()
+    ends = ({p.name: p.low for p in parameters}, {p.name: p.high for p in parameters})
+    others = [case_of(recipe).at_ends(one) for one in ends if one]
     partners = [_motion_of_partner(one, system) for one in recipe.loop if one.partner is not None]
-    return np.hstack([probe(recipe, system), *partners])
+    at_ends = [probe(one.recipe, one.system) for one in others]
+    return np.hstack([probe(recipe, system), *at_ends, *partners])
 
 
 def _motion_of_partner(loop: LoopRecipe, system: System) -> FloatArray:
@@ -164,7 +171,7 @@ def _first_difference(found: Any, wanted: Any, place: str) -> str | None:
         pairs = enumerate(zip(found, wanted, strict=True), start=1)  # as people count tables
         each = (_first_difference(*pair, f"{place} {number}") for number, pair in pairs)
         return next(filter(None, each), None)
-    return None if found == wanted else f"{place} = {found!r} there, {wanted!r} in the recipe"
+    return None if found == wanted else f"{place} = {found!r} there, {wanted!r} here"
 
 
 def _are_tables(value: Any) -> bool:

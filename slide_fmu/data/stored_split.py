@@ -29,7 +29,7 @@ there are physical parameters, of these, (n_parameters,)."""
 
 READ_AT_ONCE, FEW = 64, 3
 """READ_AT_ONCE trajectories are read at once to check them. The store itself counts as damaged if
-FEW or more trajectories, or more than half of them, are damaged; fewer are made again."""
+more than FEW trajectories, and more than half of them, are damaged; fewer are made again."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,6 +98,7 @@ def _proposed(wish: RecordWish) -> Proposal:
     remarks = [finding.message for finding in findings]
     inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
+    _require_different((*names[0], *names[1]), (*inputs, *outputs))
     numbers = same_inputs([record.chosen(names[0]) for record in records])
     different = int(numbers.max()) + 1
     by, by_origin = _division(len(records), different < len(numbers))
@@ -203,6 +204,18 @@ def _signal(
         column=None if name == column else column,
     )
     return DraftSignal(name, table, origin, "" if acts is None else acts.origin)
+
+
+def _require_different(columns: Sequence[str], signals: Sequence[DraftSignal]) -> None:
+    """Refuse columns whose names differ only in characters that no signal can have."""
+    known: dict[str, str] = {}
+    for column, signal in zip(columns, signals, strict=True):
+        if signal.name in known:
+            raise RecordError(
+                f"columns {known[signal.name]!r} and {column!r} would both be the signal "
+                f"{signal.name!r}; expected names that differ in letters or digits: rename one"
+            )
+        known[signal.name] = column
 
 
 def _start(record: Record, column: str) -> float:

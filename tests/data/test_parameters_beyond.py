@@ -117,7 +117,11 @@ def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -
 
 
 def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path: Path) -> None:
-    recipe = parsed(lag(tmp_path, 1.5))
+    path = lag(tmp_path)
+    model = tmp_path / "lag.py"  # which can be made at both ends of the range
+    text = model.read_text(encoding="utf-8").replace("if not 0", "if 1.0 < p.gain < 1.9 or not 0")
+    model.write_text(text, encoding="utf-8")
+    recipe = parsed(path)
     expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
     with pytest.raises(SimulationError, match=expected):
         generate(case_of(recipe), tmp_path / "run" / "store", None, silent)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
-from slide_fmu.data.fingerprint import same_motion
+from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
@@ -43,6 +45,37 @@ def test_a_first_draw_at_rest_is_not_the_probe() -> None:
     found = list(probe_draws(recipe, system))
     assert len(found) == PROBE_ATTEMPTS
     assert all(drawn.inputs.shape == (50, 1) and np.ptp(drawn.inputs) > 0.0 for drawn in found)
+
+
+def test_model_that_changed_at_other_values_of_a_parameter_alone_is_another_one(
+    tmp_path: Path,
+) -> None:
+    model, found = tmp_path / "lag.py", []
+    for exponent in (0, 0, 2):
+        model.write_text(MODEL.replace("EXPONENT", str(exponent)), encoding="utf-8")
+        text = TEXT.replace(str(HERE / "first_order_lag.py"), str(model))
+        text = text.replace("parameters = { time_constant = TIME }", "")
+        text += "\n[parameters.mass]\nrange = [1.0, 3.0]\nstart = 1.0\n"
+        recipe = parse_open_recipe(text, "recipe").guess
+        found.append(identity(case_of(recipe).source, recipe))
+    assert same_motion(found[0], found[1])
+    assert not same_motion(found[0], found[2])
+
+
+MODEL = """
+inputs = {"u": {"unit": "1", "range": [-1.0, 1.0]}}
+outputs = {"y": {"unit": "1", "range": [-1.0, 1.0]}}
+parameters = {"mass": 1.0}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [(u[0] - x[0]) * p.mass**EXPONENT]
+
+
+def g(x, u, p):
+    return [x[0]]
+"""
 
 
 def test_another_time_constant_is_seen_in_the_probe() -> None:

@@ -126,7 +126,7 @@ def test_a_reference_of_its_own_belongs_to_no_data(store: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "changes"),
     [
-        ("data.seed = 7 there, 8 in the recipe", {"data": {"seed": 8}}),
+        ("data.seed = 7 there, 8 here", {"data": {"seed": 8}}),
         ("data.burn_in = 0.25 there, 0.5", {"data": {"burn_in": 0.5}}),
         ("data.excitation", {"data": {"excitation": [{"kind": "held_random", "weight": 2.0}]}}),
         ("step = 0.015625 there, 0.03125", {"window": {"step": 0.03125}}),

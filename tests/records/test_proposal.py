@@ -46,6 +46,16 @@ def test_proposed_recipe_has_columns_units_ranges_and_the_step(tmp_path: Path) -
     assert recipe.estimator is None  # there are few samples
 
 
+def test_columns_that_would_be_one_signal_are_named(tmp_path: Path) -> None:
+    header = "time [s],force,a (left) [m]"
+    path = write_record(tmp_path / "a.csv", header=header)
+    lines = path.read_text().splitlines()
+    more = ["a_left", *(f"{k}" for k in range(len(lines) - 1))]
+    path.write_text("\n".join(f"{line},{one}" for line, one in zip(lines, more, strict=True)))
+    with refused(RecipeError, "columns 'a (left)' and 'a_left' would both be the signal 'a_left'"):
+        recipe_for(path)
+
+
 def test_values_that_are_infinite_are_no_part_of_a_range(tmp_path: Path) -> None:
     force, travel = force_and_travel(4000)
     force[100] = -np.inf

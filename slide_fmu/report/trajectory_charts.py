@@ -45,11 +45,11 @@ def trajectory_charts(validation: Validation) -> list[Chart]:
 
 
 def ranked(validation: Validation, output: int) -> dict[str, Comparison]:
-    """Return the trajectories with the worst and the median relative error, by their titles."""
-    order = sorted(
-        validation.comparisons,
-        key=lambda c: float(validation.relative(c.error, c.reference)[output]),
-    )
+    """Return the trajectories with the largest and the median RMS error, by their titles.
+
+    It is not relative, since an output that hardly moves has a large relative error.
+    """
+    order = sorted(validation.comparisons, key=lambda c: float(np.mean(c.error[:, output] ** 2)))
     if len(order) == 1:  # of a record there is often but one block
         return {"the only trajectory": order[0]}
     return {"worst trajectory": order[-1], "median trajectory": order[len(order) // 2]}

@@ -64,6 +64,14 @@ def test_worst_and_median_trajectory_of_every_output_are_drawn() -> None:
     assert charts[2].text.startswith("sweep")
 
 
+def test_worst_trajectory_has_the_largest_error_not_the_smallest_reference() -> None:
+    still = comparison([[0.1, 0.0]] * 3)
+    still = replace(still, reference=1e-3 * still.reference)
+    charts = trajectory_charts(validation(still, BAD, BEST))
+    worst = panel_of(charts[0], "y0")
+    np.testing.assert_array_equal(line_of(worst.lines, "reference").y, BAD.reference[:, 0])
+
+
 def test_only_trajectory_is_drawn_once() -> None:
     assert [chart.title for chart in trajectory_charts(validation(BAD))] == [
         "y0: the only trajectory",

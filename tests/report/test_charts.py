@@ -66,7 +66,8 @@ def test_worst_and_median_trajectory_of_every_output_are_drawn() -> None:
 
 def test_worst_trajectory_has_the_largest_error_not_the_smallest_reference() -> None:
     still = comparison([[0.1, 0.0]] * 3)
-    still = replace(still, reference=1e-3 * still.reference)
+    small = 1e-3 * still.reference
+    still = replace(still, reference=small, surrogate=small + 0.1)
     charts = trajectory_charts(validation(still, BAD, BEST))
     worst = panel_of(charts[0], "y0")
     np.testing.assert_array_equal(line_of(worst.lines, "reference").y, BAD.reference[:, 0])

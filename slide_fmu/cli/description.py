@@ -124,7 +124,7 @@ def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, ...]:
 def _show_network(surrogate: Surrogate, out: Console) -> None:
     window, estimator, bound = surrogate.window, surrogate.estimator, surrogate.bound
     samples = f"{window.n_in} samples of the inputs and gives {window.n_out} of the outputs"
-    out.print(f"window   the network sees {samples}; a sample is {window.step:g} s")
+    out.print(f"window   the network sees {samples}; a sample is {window.step:.10g} s")
     also = ""
     if estimator is not None:
         also = f"; its error estimator has {estimator.network.count_parameters()}"

@@ -92,7 +92,7 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     show_sizing(figures.window)
     console.print(
         f"window  the network sees {window.n_in} samples of the inputs and gives {window.n_out} "
-        f"of the outputs; a sample is {window.step_s:g} s; initial effects have "
+        f"of the outputs; a sample is {window.step_s:.10g} s; initial effects have "
         f"{window.truncation_time_s:.4g} s to decay"
     )
     if seconds is None:

@@ -117,7 +117,7 @@ def plain_call_table(found: PlainCallFigures) -> ReportTable:
         )
         for output in found.outputs
     )
-    title = "plain call, fmpy.simulate_fmu(fmu, input=table): relative RMSE"
+    title = "plain call, fmpy.simulate_fmu(fmu, input=table, output_interval=STEP): relative RMSE"
     return ReportTable.of(heading, rows, title).without_empty_columns()
 
 

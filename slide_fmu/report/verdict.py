@@ -102,7 +102,7 @@ def _plain(found: PlainCallFigures | None, in_range: ValidationFigures, subject:
     if rough is not None:
         parts.append(f"{_up_to(rough, found.outputs)} under inputs as in the training")
         parts[-1] += f" ({''.join(of)})" if (of := worst_output(found)) else ""
-    call = f"fmpy.simulate_fmu with output_interval = {subject.step:g}"
+    call = f"fmpy.simulate_fmu with output_interval = {subject.step:.10g}"
     return f"Relative RMSE of the plain call, {call}: {', '.join(parts)}."
 
 

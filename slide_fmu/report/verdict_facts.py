@@ -29,8 +29,8 @@ def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
         ("Read it", f"slide-fmu info {measured.name}.fmu"),
         (
             "Run it",
-            f'fmpy.simulate_fmu("{measured.name}.fmu", input=table, '
-            f"output_interval={subject.step:g})",
+            f'fmpy.simulate_fmu("{measured.name}.fmu", input=table, stop_time=T, '
+            f"output_interval={subject.step:.10g})",
         ),
         (
             "Measure it again",

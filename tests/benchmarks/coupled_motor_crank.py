@@ -1,10 +1,10 @@
 """Coupled runs of a motor and a flexible slider-crank, cut at the motor's shaft.
 
-The surrogate's recipe needs a few CPU-minutes:
+The surrogate's recipe needs an hour; ``coupled_crank.toml`` needs a few minutes, and errs more:
 
-    slide-fmu run tests/own_models/systems/coupled_crank.toml
+    slide-fmu run tests/own_models/systems/coupled_crank_large.toml
     PYTHONPATH=. python tests/benchmarks/coupled_motor_crank.py \\
-        --surrogate runs/coupled_crank/coupled_crank.fmu --json -
+        --surrogate runs/coupled_crank_large/coupled_crank_large.fmu --json -
 """
 
 from __future__ import annotations

@@ -32,6 +32,21 @@ def test_step_of_no_positive_finite_length_is_refused(rich: Loaded) -> None:
     assert native.do_step(STEP, STEP * (1 + 1e-9)) == OK
 
 
+@pytest.mark.parametrize("written", [STEP * (1 + 2e-5), STEP * (1 - 2e-5)])
+def test_step_that_is_written_with_five_digits_is_the_step(load: Load, written: float) -> None:
+    """An importer writes 1/60 s as 0.016667 s; the whole window is not seen anew at each step."""
+    loaded = load(sum_surrogate())
+    rounded, exact = loaded.instance().start(), loaded.instance().start()
+    for k in range(40):
+        assert rounded.set(math.sin(0.7 * k)) == exact.set(math.sin(0.7 * k)) == OK
+        assert rounded.do_step(k * written, written) == OK, rounded.messages
+        assert exact.do_step(k * STEP, STEP) == OK
+        assert rounded.get(1, 3) == exact.get(1, 3)
+    longer = loaded.instance().start()
+    assert longer.do_step(0.0, STEP * (1 + 1e-4)) == OK
+    assert longer.get(1, 3) != exact.get(1, 3)
+
+
 def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
     native = rich.instance()
     zero, stop = ctypes.c_double(0), ctypes.c_double(3 * STEP)

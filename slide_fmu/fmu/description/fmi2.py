@@ -87,7 +87,7 @@ def root_element(surrogate: Surrogate, version: str, **identity: str) -> Element
         "modelName": surrogate.name,
         **identity,
         "description": "SLIDE surrogate: a network that needs the last "
-        f"{surrogate.network.memory_length} samples of the inputs, {surrogate.window.step:g} s "
+        f"{surrogate.network.memory_length} samples of the inputs, {surrogate.window.step:.10g} s "
         "apart, and gives the outputs one step later",
         "generationTool": TOOL,
         "variableNamingConvention": "flat",

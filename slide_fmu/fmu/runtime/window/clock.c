@@ -6,6 +6,9 @@
 /* Relative slack of communication points and steps. */
 static const double STEP_SLACK = 1e-6, TIME_SLACK = 1e-9, LARGEST_SLACK = 0.25;
 
+/* Relative slack of a step that is written down, such as 0.016667 s for 1/60 s. */
+static const double MEANT_SLACK = 3e-5;
+
 /* Largest rounding error of a time, relative to the step; greater ones would blur the steps. */
 static const double TIME_RESOLUTION = 1e-3;
 
@@ -33,7 +36,7 @@ double slide_clock_meant(const SlideClock *clock, double step, double sample_ste
     /* an importer that subtracts two times of this size can be off by their rounding */
     double rounding = 2 * DBL_EPSILON * fabs(slide_clock_time(clock));
     double nearest = nearbyint(step / sample_step) * sample_step;
-    bool multiple = nearest > 0 && fabs(step - nearest) <= STEP_SLACK * sample_step + rounding;
+    bool multiple = nearest > 0 && fabs(step - nearest) <= MEANT_SLACK * nearest + rounding;
     return multiple ? nearest : step;
 }
 

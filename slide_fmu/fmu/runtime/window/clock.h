@@ -24,7 +24,7 @@ bool slide_clock_reaches(const SlideClock *clock, double time, double other, dou
 double slide_clock_farthest(double step);
 
 /* The step that an importer means: a multiple of the sample step, where it differs from one by
- * rounding only. */
+ * how it is written only, such as 0.016667 for 1/60. */
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step);
 
 /* A step of the importer's, from its communication point. */

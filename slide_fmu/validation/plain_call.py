@@ -1,6 +1,7 @@
 """This module measures the error of the plain call, which knows inputs at communication points.
 
-The plain call is ``fmpy.simulate_fmu(fmu, input=table, output_interval=step)``; other importers do the same. Under the
+The plain call is ``fmpy.simulate_fmu(fmu, input=table, output_interval=step)``; other importers do
+the same. Under the
 recipe's own kinds of excitation the inputs of the reference move between communication points as
 their hold says; under smooth inputs the reference advances by its own fine step.
 """
@@ -42,7 +43,8 @@ SEED = 0x5A007
 OWN_PART = 0.1
 """The FMU's own error is named if it is a larger part of the error under held inputs."""
 TEXT = (
-    "Relative RMSE of `fmpy.simulate_fmu(fmu, input=table, output_interval=STEP)`, which sets before each step what the "
+    "Relative RMSE of `fmpy.simulate_fmu(fmu, input=table, output_interval=STEP)`, which sets "
+    "before each step what the "
     "inputs are then."
 )
 

@@ -52,8 +52,8 @@ def make_importable(*folders: Path) -> None:
 
 
 @contextmanager
-def beside(file: Path) -> Iterator[None]:
-    """Let a file import modules next to it while it runs, after those of all other folders."""
+def neighbours(file: Path) -> Iterator[None]:
+    """Let a file import its neighbours while it runs, after those of all other folders."""
     place = str(file.resolve().parent)
     sys.path.append(place)
     try:

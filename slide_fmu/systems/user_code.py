@@ -13,7 +13,7 @@ from types import ModuleType
 
 from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.file_kinds import file_of_another_kind
-from slide_fmu.core.search_path import AmbiguousFileError, beside
+from slide_fmu.core.search_path import AmbiguousFileError, neighbours
 from slide_fmu.core.search_path import find_file as core_find_file
 from slide_fmu.systems.errors import LoadError
 
@@ -137,7 +137,7 @@ def _module_of_file(path: Path) -> ModuleType:
     module.__file__ = str(path)
     try:
         # Python's own loader would take what it compiled of a former file of the same second
-        with beside(path):
+        with neighbours(path):
             exec(compile(content, path, "exec", dont_inherit=True), vars(module))
     except BaseException:
         del sys.modules[name]

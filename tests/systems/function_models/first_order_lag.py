@@ -2,6 +2,7 @@
 
 import numpy as np
 
+hold = "zero_order"  # u[k, 0] acts from t[k - 1] to t[k]
 inputs = {"command": {"unit": "1", "range": [-1, 1]}}
 outputs = {"lagged": {"unit": "1", "range": [-2.0, 2.0]}}
 parameters = {"time_constant": 0.2, "gain": 2.0}

@@ -142,7 +142,7 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
     sees = (
         f"sees {window['n_in']} samples of the inputs and gives {window['n_out']} of the outputs"
     )
-    assert f"{sees}; a sample is {window['step']:g} s" in result.stdout
+    assert f"{sees}; a sample is {window['step']:.10g} s" in result.stdout
     measured = figures["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
     assert percent(measured["relative_rmse"]) in result.stdout
     assert result.stdout.index("error in range") < result.stdout.index("made by")

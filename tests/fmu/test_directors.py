@@ -105,7 +105,7 @@ def test_director_of_zero_length_is_refused(load: Load, hold: Hold) -> None:
             f"inputs with value references 0 and 1 = {row[0]:g}, {row[1]:g}"
             in (native.messages[0])
         )
-        assert "set both and step again; nothing was changed" in native.messages[0]
+        assert "nothing was changed" in native.messages[0]
     assert native.set(math.nan, 1.0) == DISCARD
     native.step(0.0, 2e-6)
 

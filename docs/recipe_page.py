@@ -19,8 +19,8 @@ HEADING = """# Every key of a recipe
 
 A recipe is a TOML file with all settings of a surrogate. `slide-fmu init` writes a first one. Most
 keys may be left out. They then have their default, or are found from the system, as with `"auto"`.
-Only `name`, `description`, `system.model` and `window.step` must be given, and ranges of signals that
-the model does not give.
+Only `name`, `description`, `system.model` and `window.step` must be given, and ranges of signals
+that the model does not give.
 
 Unknown keys and values of another type are refused: `true` is no number, and `"3"` is none either.
 The message names the nearest known key.

@@ -152,6 +152,7 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
     assert len(open_store(tmp_path / "store").split("train").read().inputs) == TRAIN
 
 
+@pytest.mark.extended
 def test_a_corrected_model_is_simulated_again_where_the_former_one_failed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

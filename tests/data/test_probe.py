@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
 from slide_fmu.data.fingerprint import identity, same_motion
@@ -47,6 +48,7 @@ def test_a_first_draw_at_rest_is_not_the_probe() -> None:
     assert all(drawn.inputs.shape == (50, 1) and np.ptp(drawn.inputs) > 0.0 for drawn in found)
 
 
+@pytest.mark.extended
 def test_model_that_changed_at_other_values_of_a_parameter_alone_is_another_one(
     tmp_path: Path,
 ) -> None:

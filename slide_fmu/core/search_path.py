@@ -9,7 +9,7 @@ from __future__ import annotations
 import filecmp
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -58,9 +58,8 @@ def neighbours(file: Path) -> Iterator[None]:
     sys.path.append(place)
     try:
         yield
-    finally:
-        with suppress(ValueError):  # the file may have changed the path itself
-            sys.path.remove(place)
+    finally:  # an equal entry, of the recipe's folder, stays
+        sys.path[:] = [entry for entry in sys.path if entry is not place]
 
 
 def make_models_importable(fmu: Path) -> None:

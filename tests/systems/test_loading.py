@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
+from slide_fmu.core.search_path import make_importable
 from slide_fmu.data.fingerprint import data_fingerprint
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
@@ -130,10 +131,11 @@ def test_model_file_imports_its_neighbours_from_any_folder(tmp_path: Path) -> No
     path = tmp_path / "gain.py"
     text = "from neighbour_of_gain import FACTOR\n" + GAIN.format(factor="FACTOR")
     path.write_text(text, encoding="utf-8")
-    before = list(sys.path)
+    make_importable(tmp_path)
+    before = [(type(entry), entry) for entry in sys.path]
     system = load_system(Specification(str(path), {}, 0.1, kind="function"))
     assert simulate(system, np.ones((5, 1))).outputs[-1, 0] == 5.0
-    assert sys.path == before
+    assert [(type(entry), entry) for entry in sys.path] == before
 
 
 def test_unit_that_differs_from_that_of_the_model_is_refused(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ LOOSER = {"error_bound": 0.1, "novelty": 1e-4}
 """Of an error bound and of the novelty, which follow from how far two networks are apart: the
 rounding of both is a part of that difference."""
 
-OF_BOUND = {"error_estimate": 5e-3}
+OF_BOUND = {"error_estimate": 2e-2}
 """The same of an error estimate that is made of an error bound: its networks may agree to 1e-7."""
 
 

@@ -42,6 +42,11 @@ PARTS = (2, 5, 10)
 FREE_STEPS, REST = (60, 3000), 3.0
 """A partner that was let go must come to rest within this time in s, in a number of steps between
 these."""
+LONGEST = 1.0
+"""Longest explicit step in s that is tried."""
+USUAL_RUN, LONGEST_RUN, MUCH_FURTHER = 20.0, 200.0, 3.0
+"""A driven partner must stay within this multiple of what it moves in the first time in s; the
+command lasts for the second time in s."""
 SEED = 9000
 """Seed of the first partner's command; no training draws commands."""
 REPEATS = 5
@@ -94,12 +99,17 @@ def rms_error(found: FloatArray, true: FloatArray, whole: FloatArray) -> float:
     return relative_error(found, true) * float(true.std() / whole.std())
 
 
+def steps_in(step: float) -> int:
+    """Return the number of steps, each of this length in s, of a test of stability."""
+    return min(max(FREE_STEPS[0], math.ceil(REST / step)), FREE_STEPS[1])
+
+
 def is_stable(
     machine: CutMachine, folder: Path, surrogates: Surrogates, step: float, how: Any
 ) -> bool:
     """Return whether a partner that is let go comes to rest."""
     partner, response, begun = machine.free
-    count = min(max(FREE_STEPS[0], math.ceil(REST / step)), FREE_STEPS[1])
+    count = steps_in(step)
     try:
         run = machine.run(folder, surrogates, partner, machine.let_go, step, count * step, **how)
     except CoSimulationError:
@@ -111,27 +121,41 @@ def is_stable(
 def stability(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict[str, Any]:
     """Return the longest stable explicit step in s, and how far the implicit method goes.
 
-    The search begins at the machine's step, or at the first of all where that is unstable: a
-    surrogate may be stable at its own step, but not at parts of it.
+    A step is stable if a partner that is let go comes to rest, and the driven one moves not much
+    further than by Newton's method at the machine's step. The search begins at the first step of
+    all, since long steps may be stable again: the partner rests within each of them. It begins at
+    the machine's step where the first one is unstable, since a surrogate may be stable at its own
+    step, but not at parts of it.
     """
-    how = METHODS["gauss_seidel"]
+    explicit, implicit = METHODS["gauss_seidel"], METHODS["newton"]
+    partner, response, _ = machine.free
+    command = machine.drive(partner, SEED, LONGEST_RUN)
 
-    def stable(step: float) -> bool:
-        return is_stable(machine, folder, surrogates, step, how)
+    def moved(step: float, stop: float, how: Any) -> float:
+        run = machine.run(folder, surrogates, partner, command, step, stop, **how)
+        return float(np.abs(run[f"partner.{response}"]).max())
 
-    step = machine.step if stable(machine.step) else FIRST
+    usual = moved(machine.step, USUAL_RUN, implicit)
+
+    def stable(step: float, how: Any = explicit) -> bool:
+        if not is_stable(machine, folder, surrogates, step, how):
+            return False
+        try:
+            return moved(step, steps_in(step) * step, how) < MUCH_FURTHER * usual
+        except CoSimulationError:
+            return False
+
+    step = FIRST if stable(FIRST) else machine.step
     if not stable(step):
         return {"unstable_s": step}
-    while stable(step * FACTOR):
+    while step * FACTOR < LONGEST and stable(step * FACTOR):
         step *= FACTOR
     return {
         "gauss_seidel_s": step,
         "gauss_seidel, stable at these parts of the machine's step": [
             part for part in PARTS if stable(machine.step / part)
         ],
-        "newton, stable at these multiples": [
-            n for n in TIMES if is_stable(machine, folder, surrogates, n * step, METHODS["newton"])
-        ],
+        "newton, stable at these multiples": [n for n in TIMES if stable(n * step, implicit)],
     }
 
 

@@ -47,6 +47,10 @@ LEAST_FACTOR = 0.5
 """Least factor over the factor without floors and disagreement. Where both cover enough samples of
 the calibration, the head must still count: other kinds of input have larger errors."""
 
+MARGIN = 1.002
+"""The box is larger by this factor. A mean that is reached again and again, as that of the cosine
+of a crank at rest, would leave it by its last digits."""
+
 USUAL = 0.999
 """Quantile of the watched means that gives the shape of the domain, a box."""
 
@@ -160,9 +164,9 @@ def domain_limits(learnt: FloatArray, calibration: FloatArray, false_alarms: flo
     """Return the watched means at the edge of the domain, (n_watched,).
 
     The box of the usual means, (n_trajectories, N, n_watched), is enlarged in all directions until
-    the share of calibration samples outside equals the share of false alarms.
+    the share of calibration samples outside equals the share of false alarms, and by a margin.
     """
     usual = np.quantile(learnt.reshape(-1, learnt.shape[2]), USUAL, axis=0)
     usual = np.maximum(usual, SMALLEST)
     outermost = (calibration / usual).max(axis=2)
-    return np.asarray(usual * np.quantile(outermost, 1 - false_alarms))
+    return np.asarray(MARGIN * usual * np.quantile(outermost, 1 - false_alarms))

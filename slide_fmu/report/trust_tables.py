@@ -15,6 +15,7 @@ from slide_fmu.validation.error_figures import Deviation, EstimateFigures, Valid
 from slide_fmu.validation.trust import BROKEN
 from slide_fmu.validation.trust_figures import (
     BoundFigures,
+    Covered,
     Harm,
     KindBound,
     OutputBound,
@@ -216,8 +217,13 @@ def tolerance_table(validations: Validations) -> ReportTable:
 
 
 def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:
-    """Return the harm of all errors and of each kind of excitation, by name, where known."""
-    every: list[tuple[str, BoundFigures | KindBound]] = [("all", bound)]
+    """Return the harm of all errors and of each kind of excitation, by name, where known.
+
+    That of planned motions in the plain call has a row of its own.
+    """
+    every: list[tuple[str, BoundFigures | KindBound | Covered]] = [("all", bound)]
+    if bound.plain is not None and bound.plain.harm != bound.harm:
+        every.append(("all, plain call", bound.plain))
     every += [(kind.name, kind) for kind in bound.excitations]
     return [(name, one.harm) for name, one in every if one.harm is not None]
 

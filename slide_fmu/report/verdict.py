@@ -23,6 +23,7 @@ from slide_fmu.validation.error_figures import (
     worst_of,
 )
 from slide_fmu.validation.plain_call import late_words
+from slide_fmu.validation.trust_figures import BoundFigures
 
 FAR_ABOVE = 3.0
 """An output is named if its error is larger than all others by this factor. It follows inputs
@@ -185,7 +186,21 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
     text += f". On average it is {most}{width:.2g} times as large as the constant that covers "
     text += f"{100 * found.confidence:g} % of the errors"
     worse = [output.name for output in found.outputs if (output.skill or 0.0) < 0]
-    return f"{text}; for {', '.join(worse)} a constant bound says more." if worse else f"{text}."
+    text += f"; for {', '.join(worse)} a constant bound says more." if worse else "."
+    return text + _harm_in_plain_call(found)
+
+
+def _harm_in_plain_call(found: BoundFigures) -> str:
+    """Say how often the plain call is trusted, where harm was measured with known inputs."""
+    plain = found.plain
+    if plain is None or plain.untrusted is None or plain.harm in (None, found.harm):
+        return ""
+    harm = plain.harm
+    text = f" In the plain call, trusted is false in {percent(plain.untrusted)} of the samples. "
+    text += f"There, {percent(harm.harmful)} are harmful"
+    if harm.harmful_flagged is not None:
+        text += f", of which {percent(harm.harmful_flagged)} are flagged"
+    return f"{text}; {percent(harm.harmful_unnoticed)} are unnoticed."
 
 
 def _shares(values: Iterable[float]) -> str:

@@ -236,8 +236,10 @@ class Validation:
             confidence=USUAL_CONFIDENCE,
             outputs=tuple(outputs),
             **vars(domain_figures(answers)),
-            plain=_covered(in_plain_call) if moving else None,
-            known_to_step_end=_covered(_where_trusted(self.comparisons)) if moving else None,
+            plain=self._covered(in_plain_call) if moving else None,
+            known_to_step_end=(
+                self._covered(_where_trusted(self.comparisons)) if moving else None
+            ),
             harm=self._harm_of(trusted),
             excitations=tuple(self._bounds_by_kind()),
             tolerances=self._tolerances(),
@@ -265,6 +267,16 @@ class Validation:
         if self.usual is None:
             return None
         return harm_of([np.abs(c.error) for c in chosen], answers, self.usual)
+
+    def _covered(self, chosen: Sequence[Comparison]) -> Covered:
+        """Return how the bounds of some trajectories do."""
+        pairs = [(c.error, c.trust) for c in chosen if c.trust is not None]
+        shares = [np.abs(error) <= trust.bounds for error, trust in pairs]
+        return Covered(
+            coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()),
+            untrusted=domain_figures([trust for _, trust in pairs]).untrusted,
+            harm=self._harm_of(chosen),
+        )
 
     def _bounds_by_kind(self) -> Iterator[KindBound]:
         for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
@@ -300,16 +312,6 @@ def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     """Return the parts in which bounds count, of comparisons that have some."""
     found = [comparison.where_trusted() for comparison in comparisons]
     return tuple(one for one in found if one is not None)
-
-
-def _covered(comparisons: Sequence[Comparison]) -> Covered:
-    """Return how the bounds of some trajectories do."""
-    pairs = [(c.error, c.trust) for c in comparisons if c.trust is not None]
-    shares = [np.abs(error) <= trust.bounds for error, trust in pairs]
-    return Covered(
-        coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()),
-        untrusted=domain_figures([trust for _, trust in pairs]).untrusted,
-    )
 
 
 def _estimated(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

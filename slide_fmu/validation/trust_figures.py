@@ -81,10 +81,12 @@ class Covered:
     Attributes:
         coverage: share of the samples that bounds cover, of each output.
         untrusted: share of the samples where ``trusted`` is false.
+        harm: harm of the errors of this call; None where the usual error is not known.
     """
 
     coverage: tuple[float, ...]
     untrusted: float | None = optional()
+    harm: Harm | None = optional()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,7 @@ from crepes import ConformalRegressor
 
 from slide_fmu.bounds.calibration import (
     conformal_factors,
+    domain_limits,
     factors_of,
     floors_of,
     scales_of,
@@ -192,3 +193,11 @@ def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> No
     for name, values in vars(mix).items():
         np.testing.assert_array_equal(getattr(found, name), values[:, ::every])
     assert found.errors.shape[1] >= 1
+
+
+def test_value_at_which_an_input_rests_again_and_again_is_in_the_domain() -> None:
+    """The last digits of another rest do not leave the domain, a tenth more does."""
+    rng = np.random.default_rng(2)
+    learnt, calibration = 1 - 1e-4 * rng.uniform(size=(2, 20, 50, 1))
+    (limit,) = domain_limits(learnt, calibration, 0.002)
+    assert 1 < limit < 1.1**2

@@ -18,6 +18,7 @@ from slide_fmu.report.trust_tables import (
     bound_table,
     estimate_table,
     harm_table,
+    harms_of,
     kind_table,
     tolerance_table,
 )
@@ -300,6 +301,13 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     ahead = replace(found, surrogate=other).figures()
     assert [output.coverage for output in ahead.error_bound.outputs] == [1.0, 1.0]
     assert ahead.error_bound.plain == Covered(coverage=(0.0, 1.0))
+    harmful = replace(found, surrogate=other, usual=np.array([0.5, 0.5])).figures().error_bound
+    assert harmful.harm == harmful.known_to_step_end.harm
+    assert harmful.harm.harmful == 0.0
+    assert harmful.plain.harm == Harm(
+        harmful=1.0, harmful_flagged=0.0, harmless_flagged=None, harmful_unnoticed=1.0
+    )
+    assert [name for name, _ in harms_of(harmful)][:2] == ["all", "all, plain call"]
     with_estimate = validation(*found.comparisons)
     (own,) = with_estimate.surrogate.inputs
     moves = replace(own, hold="first_order")

@@ -97,6 +97,7 @@ def accuracy(
     return {
         "grows": False,
         "error": relative_error(found, truth),
+        "force_rms_N": float(np.std(run["lower.force"])),
         **energy,
         "iterations": figures.iterations,
         "most iterations": figures.most_iterations,

@@ -192,15 +192,18 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
 
 def _harm_in_plain_call(found: BoundFigures) -> str:
     """Say how often the plain call is trusted, where harm was measured with known inputs."""
-    plain = found.plain
-    if plain is None or plain.untrusted is None or plain.harm in (None, found.harm):
+    harm = None if found.plain is None else found.plain.harm
+    untrusted = None if found.plain is None else found.plain.untrusted
+    if harm is None or harm == found.harm or untrusted is None:
         return ""
-    harm = plain.harm
-    text = f" In the plain call, trusted is false in {percent(plain.untrusted)} of the samples. "
-    text += f"There, {percent(harm.harmful)} are harmful"
+    flagged = ""
     if harm.harmful_flagged is not None:
-        text += f", of which {percent(harm.harmful_flagged)} are flagged"
-    return f"{text}; {percent(harm.harmful_unnoticed)} are unnoticed."
+        flagged = f" ({percent(harm.harmful_flagged)} of these flagged)"
+    return (
+        f" In the plain call, trusted is false in {percent(untrusted)} of the samples, "
+        f"{percent(harm.harmful)} are harmful{flagged}, and {percent(harm.harmful_unnoticed)} "
+        "are harmful and unnoticed."
+    )
 
 
 def _shares(values: Iterable[float]) -> str:

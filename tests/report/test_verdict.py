@@ -175,5 +175,29 @@ def test_bound_that_covers_less_in_the_plain_call_says_so() -> None:
     assert any(text in line for line in lines)
 
 
+def test_harm_of_the_plain_call_is_named_where_it_is_another_one() -> None:
+    def harm(harmful: float, flagged: float | None) -> dict[str, Any]:
+        shares = {"harmful_flagged": flagged, "harmful_unnoticed": 0.007}
+        return {"harmful": harmful, "harmless_flagged": 0.3, **shares}
+
+    def line_of(of_plain: dict[str, Any]) -> str:
+        bound = {
+            "confidence": 0.95,
+            "outputs": [{"coverage": 0.96, "width": 0.6}],
+            "harm": harm(0.01, 0.5),
+            "plain": {"coverage": [0.95], "untrusted": 0.47, "harm": of_plain},
+        }
+        figures = run_figures(validation={"in range": in_range(error_bound=bound)})
+        (line,) = (one for one in verdict(figures, SUBJECT) if "bound of 95 %" in one)
+        return line
+
+    assert line_of(harm(0.18, 0.96)).endswith(
+        "95 % of the errors. In the plain call, trusted is false in 47 % of the samples, 18 % are "
+        "harmful (96 % of these flagged), and 0.7 % are harmful and unnoticed."
+    )
+    assert "0 % are harmful, and" in line_of(harm(0.0, None))
+    assert "harmful" not in line_of(harm(0.01, 0.5))
+
+
 def test_nothing_measured_gives_no_verdict() -> None:
     assert verdict(None, SUBJECT) == ()

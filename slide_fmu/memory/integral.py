@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, on_circles
-from slide_fmu.memory.path_dependence import PathDependence
+from slide_fmu.memory.path_dependence import BY_ITSELF, PathDependence
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
@@ -34,7 +34,8 @@ def integral(system: System) -> PathDependence | None:
     """Find out whether the outputs integrate; None if they do not, or if simulation fails.
 
     Motions with several pasts are compared under constant inputs. If the outputs integrate, their
-    differences stay or grow, also after a strong input that they share.
+    differences stay or grow, also after a strong input that they share. A difference that grows
+    by itself is named as such.
     """
     try:
         if _part(_apart(_rests(system, 2, SOON))) < MET:
@@ -42,6 +43,8 @@ def integral(system: System) -> PathDependence | None:
         apart = _apart(_rests(system, 2, LATE))
         part, soon = _part(apart), _part(apart[: SOON + 1])
         found = PathDependence("integral", part, LATE * system.step, SEVERAL)
+        if part > BY_ITSELF * max(soon, 1.0):
+            return PathDependence("growing", part, LATE * system.step, 0)
         if part > GROWN * max(soon, 1.0):
             return found
         if part < FLAT * soon or soon < FLAT * part:

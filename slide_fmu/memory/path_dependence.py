@@ -29,6 +29,9 @@ LONGEST = 8
 """Largest time at rest, as a multiple of the first one."""
 FLAT = 0.9
 """A difference stays if this fraction of it remains while the time at rest grows fourfold."""
+BY_ITSELF = 100.0
+"""A difference that grows by this factor while the time at rest grows fourfold grows by itself:
+that of a free direction grows with the time or its square."""
 ALONE = 0.2
 """If a strong input changes a difference by more than this fraction, it is not a sum of past and
 present: the system is not linear in it."""
@@ -43,7 +46,7 @@ FEW = 2
 TURNS = (0.0, 0.02, 0.06, 0.2)
 """Fractions of the range by which pasts turn back beyond the constant input."""
 
-Reason = Literal["hysteresis", "rests", "integral"]
+Reason = Literal["hysteresis", "rests", "integral", "growing"]
 
 
 @dataclass(frozen=True)
@@ -51,11 +54,11 @@ class PathDependence:
     """A difference stays at rest: the system does not forget its past.
 
     Attributes:
-        reason: ``"hysteresis"``, several equilibria (``"rests"``), or an ``"integral"`` or free
-            direction.
+        reason: ``"hysteresis"``, several equilibria (``"rests"``), an ``"integral"`` or free
+            direction, or a ``"growing"`` motion.
         part: remaining difference of two motions, relative to the first difference.
         time: time in s at rest after which this remains.
-        rests: number of different equilibria among ``CERTAIN_PASTS`` motions.
+        rests: number of different equilibria among ``CERTAIN_PASTS`` motions; 0 of growing ones.
     """
 
     reason: Reason
@@ -65,6 +68,13 @@ class PathDependence:
 
     def __str__(self) -> str:
         """Describe the finding, and the remedy."""
+        if self.reason == "growing":
+            return (
+                "an unstable system: the difference of motions with different pasts has grown to "
+                f"{self.part:.3g} times the first one after {self.time:.4g} s under the same "
+                "constant input. Give every motion damping: look for a damping with the wrong "
+                "sign, a spring that pushes, or a controller that is unstable"
+            )
         left = (
             f"motions with different pasts stay apart by {percent(self.part)} of their first "
             f"difference after {self.time:.4g} s under the same constant input, and no time "
@@ -109,6 +119,8 @@ def path_dependence(motions: Motions, count: int) -> PathDependence | None:
     pasts, amplitude = _Pasts(motions, count), motions.recipe.window.remaining_amplitude
     times, parts = [count], [pasts.part_left(PASTS, count)]
     while parts[-1] > amplitude and not motions.patience.gone("a longer time at rest"):
+        if len(parts) > 1 and parts[-1] > BY_ITSELF * parts[-2]:
+            return PathDependence("growing", parts[-1], times[-1] * pasts.step, 0)
         if len(parts) > 1 and parts[-1] > FLAT * parts[-2]:
             still = pasts.moving(PASTS, times[-1]) < MOVING
             return _reason(pasts, times[-1], parts[-1]) if still else None

@@ -34,6 +34,16 @@ class Integrator(Lag):
         return np.concatenate([[[0.0]], self.step * np.cumsum(inputs, axis=0)])
 
 
+class WrongSign(Lag):
+    """y' = y + u grows by itself, whatever the input."""
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        values = [0.0]
+        for (value,) in inputs:
+            values.append((values[-1] + float(value) * self.step) / (1.0 - self.step))
+        return np.array(values)[:, None]
+
+
 class Undamped(Lag):
     """A swinging mass without damping: it never comes to rest."""
 

@@ -26,6 +26,8 @@ MODELS = {
     "slow lag": (lambda x, u, p: [1e-4 * (u[0] - x[0])], 1),
     "undamped": (lambda x, u, p: [x[1], u[0] - x[0]], 2),
     "hardly damped": (lambda x, u, p: [x[1], u[0] - x[0] - 1e-3 * x[1]], 2),
+    "wrong sign": (lambda x, u, p: [x[1], u[0] - x[0] + 0.2 * x[1]], 2),
+    "pushed": (lambda x, u, p: [x[1], u[0] + x[0] - 0.2 * x[1]], 2),
     "two wells": (lambda x, u, p: [x[1], u[0] + x[0] - x[0] ** 3 - 0.1 * x[1]], 2),
 }
 
@@ -48,6 +50,14 @@ def test_output_that_integrates_is_refused_with_the_reason(name: str) -> None:
     assert found is not None
     assert str(found).startswith("an integral or a free direction: ")
     assert found.time == pytest.approx(200.0)
+
+
+@pytest.mark.parametrize("name", ["wrong sign", "pushed"])
+def test_unstable_system_is_called_so(name: str) -> None:
+    found = integral(made(name))
+    assert found is not None
+    assert found.part > 1e6
+    assert str(found).startswith("an unstable system: ")
 
 
 @pytest.mark.extended

@@ -49,6 +49,7 @@ def found(name: str, excitation: dict[str, Any] = HELD) -> Any:
         ("Play", "hysteresis"),
         ("Buckled", "rests"),
         ("Integrator", "integral"),
+        ("WrongSign", "growing"),
     ],
 )
 def test_lasting_difference_has_its_reason(

@@ -44,9 +44,9 @@ FREE_STEPS, REST = (60, 3000), 3.0
 these."""
 LONGEST = 1.0
 """Longest explicit step in s that is tried."""
-USUAL_RUN, LONGEST_RUN, MUCH_FURTHER = 20.0, 200.0, 3.0
+USUAL_RUN, LONGEST_RUN, DRIVEN_STEPS, MUCH_FURTHER = 20.0, 200.0, 600, 3.0
 """A driven partner must stay within this multiple of what it moves in the first time in s; the
-command lasts for the second time in s."""
+command lasts for the second time in s, and the test for at most this number of steps."""
 SEED = 9000
 """Seed of the first partner's command; no training draws commands."""
 REPEATS = 5
@@ -141,7 +141,8 @@ def stability(machine: CutMachine, folder: Path, surrogates: Surrogates) -> dict
         if not is_stable(machine, folder, surrogates, step, how):
             return False
         try:
-            return moved(step, steps_in(step) * step, how) < MUCH_FURTHER * usual
+            count = min(steps_in(step), DRIVEN_STEPS)
+            return moved(step, count * step, how) < MUCH_FURTHER * usual
         except CoSimulationError:
             return False
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from fmpy.simulation import apply_start_values, settable_in_instantiated
+from numpy.typing import NDArray
 
 from slide_fmu.apps.couple.options import WHOLE
 from slide_fmu.apps.couple.structure import CoupledSystem, Course, declared
@@ -29,6 +30,16 @@ reach by its end; moving with a slope that is set; or continued by its own forec
 
 PART = 1e-3
 """Change of an input, as a part of its range, with which derivatives are measured."""
+
+BOUNDLESS = 1e12
+"""A declared range or nominal value from this size on says nothing."""
+
+APART, FAR_APART = 16.0, 256.0
+"""A step is divided by these numbers to see whether outputs follow inputs at once."""
+
+AT_ONCE = 0.7
+"""Outputs follow inputs at once where this part of their change is left in the shorter step: a
+state changes half as much in half the time, or even less."""
 
 OURS = "slide-fmu"
 """Generation tool of the FMUs whose inputs and derivatives belong to the end of a step."""
@@ -63,7 +74,9 @@ class Component:
         courses: values over time of other inputs.
         inputs: how it takes inputs.
         nodes: where it stops in each step, to find the mean of its outputs.
-        feeds_through: whether an output depends on inputs of the same time.
+        own_step: the only step in s that it takes; None if it takes any.
+        feeds_through: whether an output depends on linked inputs of the same time.
+        follows: the same of linked inputs and courses.
     """
 
     name: str
@@ -75,7 +88,9 @@ class Component:
     courses: Sequence[tuple[int, Course]]
     inputs: Inputs
     nodes: Nodes = WHOLE_STEP
+    own_step: float | None = None
     feeds_through: bool = True
+    follows: bool = True
 
     def __post_init__(self) -> None:
         references = {v.name: v.valueReference for v in self.description.modelVariables}
@@ -116,15 +131,21 @@ class Component:
         """
         mean, mean_slopes, done = np.zeros(len(self._read)), np.zeros(()), 0.0
         end, end_slopes = mean, mean_slopes
-        for part, weight in self.nodes:
+        nodes = self.nodes if self.own_step is None else own_nodes(length, self.own_step)
+        for part, weight in nodes:
             begin, piece = time + done * length, (part - done) * length
-            self._set_inputs(begin, piece, before, now, (done, part), length)
+            # held inputs are their means over the step, or over each step of its own
+            middle = time + 0.5 * length if self.own_step is None else begin + 0.5 * piece
+            self._set_inputs(begin, piece, before, now, (done, part), length, middle)
             self._do_step(begin, piece)
             mean = mean + weight * (end := self.read())
             if slopes:  # at a node, an input that moves has moved by this part of its change
                 end_slopes = (1.0 if self.inputs == "held" else part) * self._slopes()
                 mean_slopes = mean_slopes + weight * end_slopes
             done = part
+        if self.inputs == "held" and self.follows and self.courses:
+            self.set_linked(now, time + length)
+            end = self.read()
         return StepOutputs(mean, end, (mean_slopes, end_slopes) if slopes else None)
 
     def _set_inputs(
@@ -135,13 +156,14 @@ class Component:
         now: FloatArray,
         parts: tuple[float, float],
         length: float,
+        middle: float,
     ) -> None:
-        """Set all inputs before a piece of a step."""
+        """Set all inputs before a piece of a step; held ones are those of the time ``middle``."""
         if not self._set:
             return
         place, at = begin, 1.0  # time of the courses, and part of the change of linked inputs
         if self.inputs == "held":
-            place += 0.5 * piece
+            place = middle
         elif self.inputs == "reached":
             place, at = begin + piece, parts[1]
         elif self.inputs == "sloped":
@@ -211,6 +233,16 @@ class Component:
             known = [course(start) for _, course in self.courses]
             self.slave.set_real(self._set, [*values.tolist(), *known])
 
+    def set_all(
+        self, values: FloatArray, start: float, index: int | None, changes: Sequence[float]
+    ) -> None:
+        """Set all inputs at a time in s, the one of an index moved by its change."""
+        all_ = [*values.tolist(), *(course(start) for _, course in self.courses)]
+        if index is not None:
+            all_[index] += changes[index] * (-1 if all_[index] > 0 else 1)
+        if self._set:
+            self.slave.set_real(self._set, all_)
+
     def begin(self, values: FloatArray, start: float) -> None:
         """Leave initialization; to an FMU of ours, the first inputs have always acted."""
         names = {v.name: v.valueReference for v in self.description.modelVariables}
@@ -269,7 +301,9 @@ def opened(
             f"component {name!r}: {sorted(left)} cannot be set before the start; expected "
             "parameters or inputs"
         )
-    return Component(name, slave, description, linked, *read, courses, inputs)
+    found = Component(name, slave, description, linked, *read, courses, inputs)
+    found.own_step = fixed_step(description)
+    return found
 
 
 def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
@@ -287,40 +321,102 @@ def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
     return "held"
 
 
-def range_of(variable: Any, value: float) -> float:
-    """Return the size of a variable: its declared range, else its nominal or present value."""
-    low, high, nominal = (declared(variable, key) for key in ("min", "max", "nominal"))
-    if low is not None and high is not None and 0 < float(high) - float(low) < 1e100:
-        return float(high) - float(low)
-    return abs(float(nominal)) if nominal is not None else abs(value)
+def fixed_step(description: Any) -> float | None:
+    """Return the only step in s that an FMU takes; None if it takes any."""
+    kind = description.coSimulation
+    own = getattr(kind, "fixedInternalStepSize", None) or getattr(
+        description.defaultExperiment, "stepSize", None
+    )
+    return None if kind.canHandleVariableCommunicationStepSize or not own else float(own)
 
 
-def feeds_through(
-    component: Component, start: float, values: FloatArray, sizes: FloatArray
-) -> bool:
-    """Return whether outputs of a component depend on its linked inputs at the same time.
+def own_nodes(length: float, own: float) -> Nodes:
+    """Return the steps of an FMU that takes steps of one length only, within a longer step."""
+    count = round(length / own)
+    nodes = np.arange(1, count + 1) / count
+    powers = np.arange(min(count, 3))  # weights give the means of polynomials of these degrees
+    weights = np.linalg.lstsq(nodes ** powers[:, None], 1 / (powers + 1), rcond=None)[0]
+    return [(float(node), float(weight)) for node, weight in zip(nodes, weights, strict=True)]
 
-    The model description says so, or a small change of each input in initialization mode.
+
+def range_of(variable: Any) -> float | None:
+    """Return the declared range of a variable, else its nominal value; None without both.
+
+    Ranges that say nothing, as of Modelica's largest number, count as none.
     """
-    if not component.linked:
-        return False
+    low, high, nominal = (declared(variable, key) for key in ("min", "max", "nominal"))
+    known = None if nominal is None else abs(float(nominal))
+    if low is not None and high is not None and float(high) > float(low):
+        known = float(high) - float(low)
+    return known if known is not None and 0 < known < BOUNDLESS else None
+
+
+def declared_dependence(component: Component, names: Collection[str]) -> bool | None:
+    """Return whether a description says that outputs depend on inputs of the same time.
+
+    None if it does not say.
+    """
     if component.inputs != "held":
         return True  # an output follows the slope that its inputs had in the step
-    of_inputs = set(component.linked)
-    declared = {
+    known = {
         u.variable.name: u.dependencies
         for u in component.description.outputs
         if u.variable.name in component.outputs
     }
-    if len(declared) == len(component.outputs) and None not in declared.values():
-        return any(v.name in of_inputs for known in declared.values() for v in known)
-    component.set_linked(values, start)
-    first = component.read()
-    changed = False
-    for index in range(len(values)):
-        moved = values.copy()
-        moved[index] += (PART * sizes[index] or PART) * (-1 if values[index] > 0 else 1)
-        component.set_linked(moved, start)
-        changed = changed or not np.array_equal(component.read(), first)
-    component.set_linked(values, start)
-    return changed
+    if len(known) != len(component.outputs) or None in known.values():
+        return None
+    return any(v.name in names for of_output in known.values() for v in of_output)
+
+
+def follows_at_start(
+    component: Component, start: float, values: FloatArray, changes: Sequence[float]
+) -> NDArray[np.bool_]:
+    """Return whether outputs follow each input in initialization mode, (n_linked + n_courses,).
+
+    Args:
+        start: time in s.
+        values: linked inputs, (n_linked,).
+        changes: how much each input is moved.
+    """
+
+    def read(index: int | None) -> FloatArray:
+        component.set_all(values, start, index, changes)
+        return component.read()
+
+    first = read(None)
+    found = [not np.array_equal(read(index), first) for index in range(len(changes))]
+    read(None)
+    return np.array(found, dtype=np.bool_)
+
+
+def follows_in_steps(
+    component: Component, start: float, values: FloatArray, changes: Sequence[float], step: float
+) -> NDArray[np.bool_]:
+    """Return the same by steps, for an FMU that goes back: some compute outputs only there.
+
+    Of two lengths, the shorter one shows nearly the same change where outputs follow at once. An
+    FMU that refuses such steps counts as one whose outputs do not.
+    """
+    own = component.own_step
+    lengths = (step / APART, step / FAR_APART) if own is None else (2 * own, own)
+    state = component.slave.get_state()
+
+    def read(length: float, index: int | None) -> FloatArray:
+        component.slave.set_state(state)
+        component.set_all(values, start, index, changes)
+        component.slave.calls.doStep(start, length, False)
+        return component.read()
+
+    found = []
+    try:
+        first = [read(length, None) for length in lengths]
+        for index in range(len(changes)):
+            pairs = zip(lengths, first, strict=True)
+            late, soon = (np.abs(read(length, index) - base) for length, base in pairs)
+            found.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
+    except CoSimulationError:
+        found = [False] * len(changes)
+    finally:
+        component.slave.set_state(state)
+        component.slave.free_state(state)
+    return np.array(found, dtype=np.bool_)

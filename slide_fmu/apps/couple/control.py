@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from slide_fmu.apps.couple.loop import Loop
-from slide_fmu.apps.couple.methods import EndlessError, Explicit, Method, Solution
+from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
 
 MOST_HALVINGS = 10
-"""A step is halved at most this number of times."""
+"""A step is halved at most this number of times, where no FMU sets a lower limit."""
 
 EASY = 0.1
 """A step is doubled where its error is smaller than this part of the allowed one."""
@@ -48,12 +48,14 @@ class Control:
         kind: ``"predictor"``, ``"halving"``, or None for steps of one length.
         error: largest allowed error of a step, as a part of the size of a linked input.
         step, stop: longest step and end time in s.
+        most: a step is halved at most this number of times.
     """
 
     kind: str | None
     error: float
     step: float
     stop: float
+    most: int = MOST_HALVINGS
 
 
 def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> Taken:
@@ -80,7 +82,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
             raise CoSimulationError(f"{failed}; {words}" if words else str(failed)) from failed
         if solution is None:
             rejected, halvings = rejected + 1, halvings + 1
-            if halvings > MOST_HALVINGS:
+            if halvings > control.most:
                 raise CoSimulationError(
                     f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; "
                     f"expected at most {control.error:g}: allow more, or choose a shorter step"
@@ -140,14 +142,14 @@ def _tried(
     time, length = when
     if control.kind is None:
         found = method.step(loop, time, length)
-        loop.accept(found.stepped, found.inputs, found.given, length)
+        _accept(loop, method, found, when)
         return [found], 0.0
     begin, states = loop.mark(), loop.save(range(len(loop.components)))
     try:
         try:
             taken, error = _taken(loop, method, control, when, states)
-        except EndlessError:
-            if when[1] <= control.step / (1 << MOST_HALVINGS):
+        except CoSimulationError:  # without an end, or an FMU refuses it
+            if length <= control.step / (1 << control.most):
                 raise
             taken, error = [], math.inf
         if error <= control.error:
@@ -169,20 +171,41 @@ def _taken(
     """Take a step from saved states, and return its error too."""
     time, length = when
     first = method.step(loop, time, length)
-    if control.kind == "predictor":
-        error = 0.0
-        if loop.solved:  # the shorter the step, the less does it count for states
-            error = loop.difference_of(first.inputs, first.guess) * length / control.step
-        loop.accept(first.stepped, first.inputs, first.given, length)
+    if control.kind == "predictor" and loop.solved:
+        # the shorter the step, the less does it count for states
+        error = loop.difference_of(first.inputs, first.guess) * length / control.step
+        _accept(loop, method, first, when)
         return [first], error
-    whole = loop.values(first.stepped.end)
     loop.restore(states)
-    taken = []
-    for part in (0.0, 0.5):
-        found = method.step(loop, time + part * length, 0.5 * length)
-        loop.accept(found.stepped, found.inputs, found.given, 0.5 * length)
+    taken, half = [], 0.5 * length
+    for begin in (time, time + half):
+        found = method.step(loop, begin, half)
+        _accept(loop, method, found, (begin, half))
         taken.append(found)
-    return taken, loop.difference_of(whole, loop.values(loop.outputs))
+    return taken, loop.difference_of(*_both_ways(loop, first, taken))
+
+
+def _accept(loop: Loop, method: Method, found: Solution, when: tuple[float, float]) -> None:
+    """Go on to the end of a step that was found; its time and length are in s."""
+    time, length = when
+    end = None if isinstance(method, Explicit) else time + length
+    loop.accept(found.stepped, found.inputs, found.given, length, end)
+
+
+def _both_ways(
+    loop: Loop, first: Solution, halves: Sequence[Solution]
+) -> tuple[FloatArray, FloatArray]:
+    """Return what links carry by a whole step and by two halves, (n_links,) each.
+
+    Where links carry means over a step, these are compared: an output that follows held inputs
+    belongs to the middle of each step.
+    """
+    one, two = halves
+    means = [loop.values(found.stepped.mean) for found in (first, one, two)]
+    ends = [loop.values(found.stepped.end) for found in (first, two)]
+    of_means = loop.mix.mean == 1.0
+    halved = 0.5 * (means[1] + means[2])
+    return np.where(of_means, means[0], ends[0]), np.where(of_means, halved, ends[1])
 
 
 def _require_states(loop: Loop) -> None:

@@ -10,9 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.component import Inputs, inputs_of, is_ours, is_trained, opened
-from slide_fmu.apps.couple.control import Control, Taken, run_steps
-from slide_fmu.apps.couple.exchange import fixed_step
+from slide_fmu.apps.couple.component import (
+    Inputs,
+    fixed_step,
+    inputs_of,
+    is_ours,
+    is_trained,
+    opened,
+)
+from slide_fmu.apps.couple.control import MOST_HALVINGS, Control, Taken, run_steps
 from slide_fmu.apps.couple.initialization import initialized, instance_of
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
@@ -115,7 +121,8 @@ def run_coupled(
         loop, remarks = initialized(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
-        control = Control(options.control, options.error, options.step, options.stop)
+        most = min(MOST_HALVINGS, *_halvings(system, options))
+        control = Control(options.control, options.error, options.step, options.stop, most)
         run = run_steps(loop, method, control, progress)
         seconds = clock.perf_counter() - began
         for one in components:
@@ -157,10 +164,10 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
         if own is None:
             continue
         count = options.step / own
-        if options.control is not None and round(count) == 1:
+        if options.control is not None and round(count) % 2 == 1:
             raise ValueError(
                 f"control = {options.control!r} halves steps of {options.step:g} s; "
-                f"component {name!r} takes none shorter than {own:g} s: choose 2, 4, 8 ... times "
+                f"component {name!r} takes only multiples of {own:g} s: choose 2, 4, 8 ... times "
                 "as much, or leave control out"
             )
         if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
@@ -168,6 +175,13 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
                 f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
                 f"component {name!r}, which takes no other one"
             )
+
+
+def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[int]:
+    """Return how often a step can be halved for each FMU, if it takes steps of one length."""
+    steps = (fixed_step(description) for description in system.descriptions.values())
+    counts = (round(options.step / own) for own in steps if own is not None)
+    return [MOST_HALVINGS, *((count & -count).bit_length() - 1 for count in counts)]
 
 
 def _on_short_steps(system: CoupledSystem, options: CouplingOptions) -> list[str]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.component import Component, Nodes
+from slide_fmu.apps.couple.component import Component, Nodes, own_nodes
 from slide_fmu.apps.couple.loop import Mix
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem
@@ -19,15 +18,6 @@ GAUSS: Nodes = ((0.5 - 12**-0.5, 0.5), (0.5 + 12**-0.5, 0.5), (1.0, 0.0))
 
 MIDDLE: Nodes = ((0.5, 1.0), (1.0, 0.0))
 """The same with one point, for straight lines: a sample of an FMU of slide-fmu shows no more."""
-
-
-def fixed_step(description: Any) -> float | None:
-    """Return the only step in s that an FMU takes; None if it takes any."""
-    kind = description.coSimulation
-    own = getattr(kind, "fixedInternalStepSize", None) or getattr(
-        description.defaultExperiment, "stepSize", None
-    )
-    return None if kind.canHandleVariableCommunicationStepSize or not own else float(own)
 
 
 def require_no_loop(
@@ -71,8 +61,6 @@ def mixed(
     count = len(system.links)
     mix = Mix(np.zeros(count), np.zeros(count), np.zeros(count))
     remarks: list[str] = []
-    for one in components:
-        one.nodes = _own_steps(one, options)
     for i, link in enumerate(system.links):
         source = components[names.index(link.source.component)]
         if system.variable(link.source).variability == "discrete":
@@ -81,7 +69,7 @@ def mixed(
             continue
         elif not held[i]:
             mix.end[i] = 1.0
-        elif not source.feeds_through:
+        elif not source.follows:
             mix.start[i] = mix.end[i] = 0.5
         elif nodes := _nodes(source, options):
             source.nodes, mix.mean[i] = nodes, 1.0
@@ -101,17 +89,11 @@ def mixed(
 
 
 def _nodes(component: Component, options: CouplingOptions) -> Nodes | None:
-    """Return the parts of a step at which a component is read for its mean; None without any."""
+    """Return the parts of a step at which a component is read for its mean; None without any.
+
+    An FMU that takes steps of one length alone is read after each of its own.
+    """
     if component.any_step:  # samples of a surrogate alone would give ten times the error
         return MIDDLE if component.has_slopes(options.step) else GAUSS
-    return None if len(component.nodes) < 2 else component.nodes
-
-
-def _own_steps(component: Component, options: CouplingOptions) -> Nodes:
-    """Return the steps of an FMU that takes steps of one length only, within a longer step."""
-    own = fixed_step(component.description)
-    count = 1 if own is None else round(options.step / own)
-    nodes = np.arange(1, count + 1) / count
-    powers = np.arange(min(count, 3))  # weights give the means of polynomials of these degrees
-    weights = np.linalg.lstsq(nodes ** powers[:, None], 1 / (powers + 1), rcond=None)[0]
-    return [(float(node), float(weight)) for node, weight in zip(nodes, weights, strict=True)]
+    own = component.own_step
+    return None if own is None or round(options.step / own) < 2 else own_nodes(options.step, own)

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from slide_fmu.apps.couple.component import Component, feeds_through, is_ours, range_of
+from slide_fmu.apps.couple.agreement import agreed
+from slide_fmu.apps.couple.component import (
+    PART,
+    Component,
+    declared_dependence,
+    follows_at_start,
+    follows_in_steps,
+    is_ours,
+    range_of,
+)
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.options import CouplingOptions
@@ -22,6 +31,10 @@ from slide_fmu.fmu.export import read_fmu
 
 ROUNDING = 2e-6
 """Rounding of single precision, as a part of the range of an output."""
+
+SMALL_PART = 1e-6
+"""Linked inputs that differ by less than this part of their declared range, times the tolerance,
+agree, however little they have moved so far."""
 
 SWEEPS = 10
 """Largest number of exchanges in which the first values of a circle of links are found."""
@@ -73,18 +86,20 @@ def initialized(
     }
     sources = [index[link.source] for link in system.links]
     inputs, left = _first_values(components, places, parts, sources)
-    links = zip(system.links, inputs, strict=True)
-    sizes = np.array([range_of(system.variable(link.target), value) for link, value in links])
+    ranges = [range_of(system.variable(link.target)) for link in system.links]
     for one, place in zip(components, places, strict=True):
-        one.feeds_through = feeds_through(one, 0.0, inputs[place], sizes[place])
-    require_no_loop(system, components, options)
+        _ask_whether_it_follows(system, one, inputs[place], options.step)
     for one, place in zip(components, places, strict=True):
         one.begin(inputs[place], 0.0)
+    for one, place in zip(components, places, strict=True):
+        _try_whether_it_follows(system, one, inputs[place], options.step)
+    require_no_loop(system, components, options)
     outputs = np.concatenate([one.read() for one in components])
     owners = [one for one in components for _ in one.linked]
     held = np.array([one.inputs in ("held", "forecast") for one in owners], dtype=np.bool_)
     mix, remarks = mixed(system, components, options, held)
-    known = left <= options.tolerance * np.maximum(sizes, np.abs(inputs))
+    floors = np.array([SMALL_PART * (known or 0.0) for known in ranges])
+    known = left <= options.tolerance * np.maximum(floors, np.abs(inputs))
     remarks += [
         f"{link.source} and {link.target} differ by {difference:.3g} at the start, after several "
         "exchanges, since outputs follow inputs in a circle: the first values are not exact"
@@ -92,9 +107,51 @@ def initialized(
         if not agree
     ]
     rounding = np.array([_rounding(system, link.source) for link in system.links])
-    loop = Loop(components, places, sources, parts, held, mix, sizes, rounding, outputs, inputs)
+    loop = Loop(components, places, sources, parts, held, mix, floors, rounding, outputs, inputs)
     loop.inputs = loop.values(outputs)
     return loop, remarks
+
+
+def _ask_whether_it_follows(
+    system: CoupledSystem, one: Component, values: FloatArray, step: float
+) -> None:
+    """Note whether outputs follow inputs at once, as the description or the first values say."""
+    linked, courses = set(one.linked), _names_of_courses(system, one)
+    by_linked = declared_dependence(one, linked) if linked else False
+    by_any = declared_dependence(one, linked | courses) if linked | courses else False
+    if by_any is None:
+        found = follows_at_start(one, 0.0, values, _changes(system, one, values))
+        by_linked, by_any = bool(found[: len(linked)].any()), bool(found.any())
+    one.feeds_through, one.follows = bool(by_linked), bool(by_any)
+
+
+def _try_whether_it_follows(
+    system: CoupledSystem, one: Component, values: FloatArray, step: float
+) -> None:
+    """Note the same by steps, where an FMU goes back and its description does not say it."""
+    linked, courses = set(one.linked), _names_of_courses(system, one)
+    undeclared = declared_dependence(one, linked | courses) is None
+    if not one.outputs or not one.rolls_back or not linked | courses or not undeclared:
+        return
+    found = follows_in_steps(one, 0.0, values, _changes(system, one, values), step)
+    one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
+    one.follows = one.follows or bool(found.any())
+
+
+def _names_of_courses(system: CoupledSystem, one: Component) -> set[str]:
+    return {pin.variable for pin in system.courses if pin.component == one.name}
+
+
+def _changes(system: CoupledSystem, one: Component, values: FloatArray) -> list[float]:
+    """Return how much each input is moved to see whether outputs follow it."""
+    courses = [pin for pin in system.courses if pin.component == one.name]
+    present = [*values.tolist(), *(system.courses[pin](0.0) for pin in courses)]
+    pins = [*(Pin(one.name, name) for name in one.linked), *courses]
+    sizes = (
+        range_of(system.variable(pin)) or abs(value)
+        for pin, value in zip(pins, present, strict=True)
+    )
+    return [PART * size or PART for size in sizes]
 
 
 def _rounding(system: CoupledSystem, source: Pin) -> float:
@@ -112,10 +169,7 @@ def _first_values(
     parts: Sequence[slice],
     sources: list[int],
 ) -> tuple[FloatArray, FloatArray]:
-    """Return linked inputs at the start, exchanged until they agree, and what is left.
-
-    Where the exchange grows, these are the inputs with the smallest differences.
-    """
+    """Return linked inputs at the start, exchanged until they agree, and what is left."""
     outputs = np.zeros(parts[-1].stop)
 
     def exchanged(inputs: FloatArray) -> FloatArray:
@@ -124,18 +178,8 @@ def _first_values(
             outputs[part] = one.read()
         return outputs[sources]
 
-    tried = [exchanged(np.concatenate([one.starts() for one in components]))]
-    lefts: list[FloatArray] = []
-    for _ in range(max(SWEEPS, len(components))):  # a chain takes one for each component
-        new = exchanged(tried[-1])
-        lefts.append(np.abs(new - tried[-1]))
-        if np.allclose(new, tried[-1], rtol=1e-9, atol=0.0):
-            return tried[-1], lefts[-1]
-        tried.append(new)
-    largest = np.max(lefts, axis=0)
-    best = int(np.argmin(np.max(lefts / np.where(largest > 0, largest, 1.0), axis=1)))
-    exchanged(tried[best])
-    return tried[best], lefts[best]
+    starts = exchanged(np.concatenate([one.starts() for one in components]))
+    return agreed(exchanged, starts, max(SWEEPS, len(components) + 1))
 
 
 def _parts(counts: Sequence[int]) -> list[slice]:

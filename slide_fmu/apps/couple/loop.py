@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.apps.couple.agreement import agreed
 from slide_fmu.apps.couple.component import Component, StepOutputs
 from slide_fmu.core.signals import FloatArray
 
@@ -18,6 +19,9 @@ a surrogate, the third one saves a seventh of the iterations, and a fourth one n
 
 EVEN = {2: (2.0, -1.0), 3: (3.0, -3.0, 1.0)}
 """Weights of that many former steps, the last one first, where all are as long as the next one."""
+
+SMALL = 1e-3
+"""A linked input has at least this part of its value as its size."""
 
 SLOPE_PART = 1e-4
 """Change of an input, as a part of its size, with which derivatives are measured by rollback."""
@@ -43,7 +47,8 @@ class Loop:
         parts: the outputs of each component, as a part of all of them.
         held: whether each linked input is constant over a step.
         mix: how linked inputs come from their sources in implicit steps; discrete outputs in all.
-        sizes: size of each linked input, in its unit.
+        sizes: size of each linked input, in its unit: its largest value so far, and at least some
+            small part of its declared range.
         rounding: what a linked input is exact to; FMUs of slide-fmu have single precision.
         outputs: all outputs at the present time, (n_outputs,).
         inputs: linked inputs at the present time, (n_links,).
@@ -66,6 +71,46 @@ class Loop:
 
     def __post_init__(self) -> None:
         self.discrete = self.mix.start == 1.0  # sources that are constant over a step
+        self.first = self.inputs.copy()
+        floors = self.sizes
+        self.sizes = self._least = np.maximum(self.sizes, np.abs(self.inputs))
+        self.motions = np.maximum(floors, SMALL * np.abs(self.inputs))
+        sampled = np.zeros(len(self.outputs), dtype=bool)
+        sampled[[s for s, one in zip(self.sources, self.discrete, strict=True) if one]] = True
+        self._following = [
+            k
+            for k, one in enumerate(self.components)
+            if one.inputs == "held" and one.feeds_through and not sampled[self.parts[k]].any()
+        ]
+
+    def motions_with(self, inputs: FloatArray) -> FloatArray:
+        """Return how far linked inputs, (n_links,), have moved, at least a small part of them.
+
+        Solutions are exact to a part of this: a coordinate may be far from zero.
+        """
+        moved = np.abs(inputs - self.first)
+        return np.maximum.reduce([self.motions, moved, SMALL * np.abs(inputs)])
+
+    def settle(self, time: float) -> None:
+        """Read outputs again that follow held inputs at once, with the inputs of this time in s.
+
+        Within a step they got means. Without agreement the outputs of the step stay.
+        """
+        if not self._following:
+            return
+        outputs = self.outputs.copy()
+
+        def exchanged(inputs: FloatArray) -> FloatArray:
+            for k in self._following:
+                one = self.components[k]
+                one.set_linked(inputs[self.places[k]], time)
+                outputs[self.parts[k]] = one.read()
+            return outputs[self.sources]
+
+        values = outputs[self.sources]
+        _, left = agreed(exchanged, values, len(self._following) + 1)
+        if np.all(left <= SMALL * np.maximum(self.sizes, np.abs(values))):
+            self.outputs = outputs
 
     def values(self, outputs: FloatArray) -> FloatArray:
         """Return the values that the links carry, (n_links,)."""
@@ -163,15 +208,26 @@ class Loop:
         return np.asarray(np.where(self.discrete, self.values(self.outputs), onward))
 
     def accept(
-        self, stepped: StepOutputs, now: FloatArray, given: FloatArray, length: float
+        self,
+        stepped: StepOutputs,
+        now: FloatArray,
+        given: FloatArray,
+        length: float,
+        time: float | None = None,
     ) -> None:
-        """Go on to the end of a step with linked inputs ``now``; its outputs give ``given``."""
+        """Go on to the end of a step with linked inputs ``now``; its outputs give ``given``.
+
+        After an implicit step, outputs settle at its end, a time in s.
+        """
         before = self.values(self.outputs)
         self.outputs = stepped.end.copy()
+        if time is not None:
+            self.settle(time)
         self.last_change = self.values(self.outputs) - before
         self.inputs = np.where(self.held, self.values(self.outputs), now)
         self.solved = [(given.copy(), length), *self.solved[: REMEMBERED - 1]]
-        np.maximum(self.sizes, np.abs(now), out=self.sizes)
+        self.sizes = np.maximum(self.sizes, np.abs(now))
+        self.motions = self.motions_with(now)
 
     def save(self, which: Collection[int]) -> dict[int, object]:
         """Return the states of some components."""
@@ -193,17 +249,18 @@ class Loop:
 
     def mark(self) -> tuple[object, ...]:
         """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""
-        return self.outputs, self.inputs, list(self.solved), self.last_change, self.sizes.copy()
+        values = self.outputs, self.inputs, list(self.solved), self.last_change, self.motions
+        return *values, self.sizes
 
     def go_back(self, mark: tuple[Any, ...]) -> None:
         """Undo what was accepted since a mark.
 
-        An input that had no size keeps the one of the longest step that was tried: its size in a
-        shorter one would make the error of that as large as before.
+        An input that has not moved before keeps its size in the longest step that was tried: the
+        size in a shorter one would make the error of that as large as before.
         """
         *others, sizes = mark
-        self.outputs, self.inputs, self.solved, self.last_change = others
-        self.sizes = np.where(sizes > 0, sizes, self.sizes)
+        self.outputs, self.inputs, self.solved, self.last_change, self.motions = others
+        self.sizes = np.where(sizes > self._least, sizes, self.sizes)
 
     def difference_of(self, values: FloatArray, others: FloatArray) -> float:
         """Return the largest difference of linked values, as a part of their sizes."""

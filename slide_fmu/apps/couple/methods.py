@@ -134,8 +134,8 @@ class Implicit(Method):
                 given = loop.given(stepped)
                 left = np.where(free, now - given, 0.0)
                 if number == 1:  # without a solution, later iterates grow beyond all bounds
-                    largest = np.maximum(np.abs(now), np.abs(given))
-                size = np.maximum(loop.sizes, np.minimum(np.abs(now), largest))
+                    largest = np.maximum(loop.motions_with(now), loop.motions_with(given))
+                size = np.minimum(loop.motions_with(now), largest)
                 allowed = self._tolerance * size
                 if np.all(np.abs(left) <= np.maximum(allowed, loop.rounding)):
                     if number > SLOW:

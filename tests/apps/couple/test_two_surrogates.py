@@ -59,6 +59,6 @@ def test_input_that_leaves_its_range_is_remarked(tmp_path: Path) -> None:
     fmus = {"gain": write_gain(tmp_path), "osc": DUFFING}
     run = slide.couple(fmus, links, step=0.03, stop=0.3, inputs={"gain.u": lambda t: 1e5 * t})
     (remark,) = [one for one in run.figures.remarks if "leaves its range" in one]
-    assert remark.startswith("osc.force leaves its range -1000 .. 1000 at 0.06 s, and reaches 1.")
+    assert remark.startswith("osc.force leaves its range -1000 .. 1000 at 0.03 s, and reaches 1.")
     near = slide.couple(fmus, links, step=0.03, stop=0.3, inputs={"gain.u": lambda t: 1e3 * t})
     assert not [one for one in near.figures.remarks if "leaves its range" in one]

@@ -89,7 +89,8 @@ class Loop:
         Solutions are exact to a part of this: a coordinate may be far from zero.
         """
         moved = np.abs(inputs - self.first)
-        return np.maximum.reduce([self.motions, moved, SMALL * np.abs(inputs)])
+        least = np.maximum(moved, SMALL * np.abs(inputs))
+        return np.asarray(np.maximum(self.motions, least))
 
     def settle(self, time: float) -> None:
         """Read outputs again that follow held inputs at once, with the inputs of this time in s.

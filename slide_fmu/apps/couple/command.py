@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -85,6 +86,14 @@ def couple(
             help="Its inputs reach their values by the end of a step; repeat it for each one.",
         ),
     ] = None,
+    record: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="COMPONENT.VARIABLE",
+            help="A value for the table, such as a.trusted; repeat it for each one. Default: "
+            "linked and given inputs, and outputs.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -131,10 +140,10 @@ def couple(
             control=control,
             error=error,
             moving=tuple(moving or ()),
+            record=record or None,
         )
+        _make_places(folder, table)
         result = run_coupled(checked, options, bar("couple"))
-        for place in (folder, table.parent):
-            place.mkdir(parents=True, exist_ok=True)
         result.write(table)
         page = coupled_report(system.stem, result, checked).write(folder)
     write_json(json_path, result.figures)
@@ -143,3 +152,16 @@ def couple(
         show_remark(remark)
     console.print(f"table   {table}")
     console.print(f"report  {page}")
+
+
+def _make_places(folder: Path, table: Path) -> None:
+    """Make the folders of report and table, before the run.
+
+    Raises:
+        OSError: a folder cannot be made; it names the path.
+        ValueError: the table cannot be written.
+    """
+    for place in (folder, table.parent):
+        place.mkdir(parents=True, exist_ok=True)
+    if table.is_dir() or not os.access(table.parent, os.W_OK):
+        raise ValueError(f"{str(table)!r}: expected a file in a folder that can be written to")

@@ -23,20 +23,17 @@ from slide_fmu.apps.couple.initialization import initialized, instance_of
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
+from slide_fmu.apps.couple.remarks import TRUSTED, remarks_on
 from slide_fmu.apps.couple.result import Coupled, CoupledFigures
 from slide_fmu.apps.couple.structure import (
     CoupledSystem,
     Pin,
     coupled_system,
-    declared,
     recorded_pin,
     unit_of,
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
-
-BEYOND = 1e-3
-"""Part of the range of an input by which it may be exceeded without a remark."""
 
 
 def couple(  # noqa: PLR0913 - its options are the keywords that users read
@@ -127,8 +124,7 @@ def run_coupled(
         seconds = clock.perf_counter() - began
         for one in components:
             one.slave.terminate()
-    remarks += [*_on_short_steps(system, options), *([run.zigzag] if run.zigzag else [])]
-    remarks += _on_ranges(system, run)
+    remarks += remarks_on(system, options, components, run)
     values = _values(system, loop, recorded, run)
     units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
     figures = CoupledFigures(
@@ -184,46 +180,6 @@ def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[int]:
     return [MOST_HALVINGS, *((count & -count).bit_length() - 1 for count in counts)]
 
 
-def _on_short_steps(system: CoupledSystem, options: CouplingOptions) -> list[str]:
-    """Say which surrogates have longer steps of their own, a sentence each."""
-    own = {
-        name: float(one.defaultExperiment.stepSize)
-        for name, one in system.descriptions.items()
-        if is_ours(one) and one.defaultExperiment is not None and one.defaultExperiment.stepSize
-    }
-    by = (
-        "" if options.method in IMPLICIT else ", by an implicit method"
-    )  # explicit ones may need it
-    return [
-        f"step = {options.step:g} s is shorter than {step:g} s, the step of {name!r}: a surrogate "
-        "has no more to give between its samples, so shorter steps take time and hardly make it "
-        f"more accurate, and motions may grow: take its own step, or a multiple of it{by}"
-        for name, step in own.items()
-        if options.step < (1 - WHOLE) * step
-    ]
-
-
-def _on_ranges(system: CoupledSystem, run: Taken) -> list[str]:
-    """Say which linked inputs left the ranges that their FMUs declare, a sentence each."""
-    found = []
-    for link, values in zip(system.links, run.inputs.T, strict=True):
-        variable = system.variable(link.target)
-        ends = declared(variable, "min"), declared(variable, "max")
-        if None in ends:
-            continue
-        low, high = map(float, ends)
-        outside = np.maximum(low - values, values - high) > BEYOND * (high - low)
-        if outside.any():
-            farthest = values[np.argmax(np.abs(values - 0.5 * (low + high)))]
-            found.append(
-                f"{link.target} leaves its range {low:g} .. {high:g} at "
-                f"{run.time[np.argmax(outside)]:.6g} s, and reaches {farthest:.3g}: results from "
-                "then on may be wrong; if it grows on and on, take shorter steps or an implicit "
-                "method"
-            )
-    return found
-
-
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:
     """Return the variables whose values are in the result."""
     if options.record is not None:
@@ -252,10 +208,14 @@ def _sources(system: CoupledSystem, name: str) -> list[str]:
 
 
 def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[str]:
-    """Return what else of a component is in the result."""
+    """Return what else of a component is read: for the result, and whether it is trusted."""
     known = {link.target for link in system.links} | set(system.courses)
     known |= {link.source for link in system.links}
-    return [pin.variable for pin in recorded if pin.component == name and pin not in known]
+    found = [pin.variable for pin in recorded if pin.component == name and pin not in known]
+    judged = is_ours(system.descriptions[name]) and TRUSTED in system.names(
+        name, "output", flags=True
+    )
+    return list(dict.fromkeys([*found, *([TRUSTED] if judged else [])]))
 
 
 def _values(

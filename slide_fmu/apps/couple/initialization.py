@@ -34,7 +34,8 @@ ROUNDING = 2e-6
 
 SMALL_PART = 1e-6
 """Linked inputs that differ by less than this part of their declared range, times the tolerance,
-agree, however little they have moved so far."""
+agree, however little they have moved so far. Other tools may declare anything; the ranges of a
+surrogate are those of its training, and count in full."""
 
 SWEEPS = 10
 """Largest number of exchanges in which the first values of a circle of links are found."""
@@ -98,7 +99,13 @@ def initialized(
     owners = [one for one in components for _ in one.linked]
     held = np.array([one.inputs in ("held", "forecast") for one in owners], dtype=np.bool_)
     mix, remarks = mixed(system, components, options, held)
-    floors = np.array([SMALL_PART * (known or 0.0) for known in ranges])
+    ours = [is_ours(system.descriptions[link.target.component]) for link in system.links]
+    floors = np.array(
+        [
+            (1.0 if our else SMALL_PART) * (known or 0.0)
+            for known, our in zip(ranges, ours, strict=True)
+        ]
+    )
     known = left <= options.tolerance * np.maximum(floors, np.abs(inputs))
     remarks += [
         f"{link.source} and {link.target} differ by {difference:.3g} at the start, after several "

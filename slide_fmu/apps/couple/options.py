@@ -21,6 +21,9 @@ NEEDED = {
 }
 """Options that have an effect only where another one has one of some values."""
 
+MOST_TOLERANCE = 0.01
+"""Largest difference at which implicit steps may end, as a part of an input's motion."""
+
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of an FMU's own step, or of the end of the run."""
 
@@ -75,10 +78,18 @@ class CouplingOptions:
             )
         for name in ("step", "stop", "tolerance", "error"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
+            number = isinstance(value, int | float | np.number)
+            if not number or not (np.isfinite(value) and value > 0):
                 raise ValueError(f"{name} = {value!r}; expected a positive number")
-        if self.iterations < 1:
-            raise ValueError(f"iterations = {self.iterations!r}; expected at least 1")
+        if self.tolerance > MOST_TOLERANCE:
+            raise ValueError(
+                f"tolerance = {self.tolerance:g}; expected at most {MOST_TOLERANCE:g}: with more, "
+                "inputs and their sources would not agree"
+            )
+        if not isinstance(self.iterations, int | np.integer) or self.iterations < 1:
+            raise ValueError(f"iterations = {self.iterations!r}; expected a whole number above 0")
+        if isinstance(self.moving, str):
+            raise ValueError(f"moving = {self.moving!r}; expected a list of components")
         count = self.stop / self.step
         if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
             raise ValueError(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+import posixpath
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
@@ -77,6 +79,7 @@ def _read(
     fmus, parameters, units = {}, {}, {}
     for component in system.findall(f"{SSD}Elements/{SSD}Component"):
         name, source = str(component.get("name")), str(component.get("source"))
+        source = posixpath.normpath(unquote(source))  # a URI, relative to the structure
         if component.get("type", FMU_KIND) != FMU_KIND or source not in archive.namelist():
             raise ValueError(
                 f"{path}: component {name!r} has the source {source!r} of type "
@@ -156,7 +159,15 @@ def _parameters(
                 "parameter set"
             )
         source = binding.get("source")
-        sets = [] if source is None else [(archive.read(source), f"{path}/{source}")]
+        if source is not None and posixpath.normpath(unquote(source)) not in archive.namelist():
+            raise ValueError(
+                f"{path}: component {component.get('name')!r} has its parameters in {source!r}; "
+                "expected this file inside the SSP: add it, or remove the ParameterBinding"
+            )
+        sets = []
+        if source is not None:
+            member = posixpath.normpath(unquote(source))
+            sets.append((archive.read(member), f"{path}/{source}"))
         for inner in binding.iter(f"{SSV}ParameterSet"):
             sets.append((ElementTree.tostring(inner), f"{path}/{STRUCTURE}"))
         for content, place in sets:
@@ -174,7 +185,7 @@ def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:  # Excel begins files with a mark
-            heading, *rows = list(csv.reader(file)) or [[]]
+            heading, *rows = list(csv.reader(file, skipinitialspace=True)) or [[]]
     except (csv.Error, UnicodeDecodeError) as error:
         raise ValueError(
             f"{path} cannot be read ({error}); expected a table of comma-separated values in UTF-8"
@@ -191,6 +202,7 @@ def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
             f"{path} has the columns {twice} more than once; expected one for each input: remove "
             "the others"
         )
+    rows = [row for row in rows if row]
     for line, row in enumerate(rows, start=2):
         try:
             if len([float(cell) for cell in row]) == len(heading):

@@ -27,6 +27,44 @@ Course = Callable[[float], float]
 """The value of an input, in its unit, at a time in s."""
 
 
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A Table has straight lines between values, which stay constant outside of their times.
+
+    Attributes:
+        times: in s, ascending, (N,).
+        values: (N,).
+    """
+
+    times: FloatArray
+    values: FloatArray
+
+    def __call__(self, time: float) -> float:
+        """Return the value at a time in s."""
+        return float(np.interp(time, self.times, self.values))
+
+
+@dataclass(frozen=True)
+class Function:
+    """A Function has the values of an input, by name, that a function of the time in s gives."""
+
+    name: str
+    given: Callable[[float], Any]
+
+    def __call__(self, time: float) -> float:
+        """Return the value at a time in s.
+
+        Raises:
+            ValueError: it is not finite.
+        """
+        value = float(self.given(time))
+        if not math.isfinite(value):
+            raise ValueError(
+                f"input {self.name!r} = {value} at {time:.9g} s; expected a finite number"
+            )
+        return value
+
+
 class Pin(NamedTuple):
     """A Pin is a variable of a component."""
 
@@ -95,15 +133,15 @@ def coupled_system(
         FmuError: a file is no FMU.
         ValueError: a name is unknown, an input has two sources, or units differ.
     """
-    if not fmus:
-        raise ValueError("no FMU; expected at least one component, such as {'car': 'car.fmu'}")
+    if not isinstance(fmus, Mapping) or not fmus:
+        raise ValueError(
+            f"fmus = {fmus!r}; expected at least one component, by name, such as "
+            "{'car': 'car.fmu'}"
+        )
     paths = {name: Path(path) for name, path in fmus.items()}
     descriptions = {name: _description(name, path) for name, path in paths.items()}
     bare = CoupledSystem(paths, descriptions, ())
-    links = [
-        Link(_pin(bare, source, "output", "local"), _pin(bare, target, "input"))
-        for source, target in connections
-    ]
+    links = [_link(bare, one) for one in connections]
     courses = {_pin(bare, name, "input"): _course(name, given) for name, given in inputs.items()}
     _require_one_source(links, courses)
     _require_one_instance(bare)
@@ -117,6 +155,16 @@ def coupled_system(
         _require_number(name, value, bare.variable(pin).type)
         values[pin.component][pin.variable] = value
     return CoupledSystem(paths, descriptions, links, values, courses)
+
+
+def _link(system: CoupledSystem, given: Any) -> Link:
+    """Return the link that a pair of names describes."""
+    if isinstance(given, str) or len(given) != 2 or not all(isinstance(n, str) for n in given):
+        raise ValueError(
+            f"connection {given!r}; expected a pair ('COMPONENT.OUTPUT', 'COMPONENT.INPUT')"
+        )
+    source, target = given
+    return Link(_pin(system, source, "output", "local"), _pin(system, target, "input"))
 
 
 def _require_number(name: str, value: Any, kind: str) -> None:
@@ -152,6 +200,10 @@ def _description(name: str, path: Path) -> Any:
 def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = False) -> Pin:
     """Find the variable that a text ``COMPONENT.VARIABLE`` names."""
     name, dot, variable = text.partition(".")
+    dotted = [one for one in system.paths if text.startswith(f"{one}.")]
+    if dotted:  # names of components may have dots; the longest counts
+        name = max(dotted, key=len)
+        variable = text[len(name) + 1 :]
     if name not in system.paths or not dot:
         raise ValueError(
             f"{text!r} names the component {name!r}; expected COMPONENT.VARIABLE with one of "
@@ -166,7 +218,7 @@ def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = Fals
     if variable not in known:
         shown = [one for one in known if causalities][:12]
         expected = f"one of its real scalars {shown}" if shown else "a variable that it has"
-        what = causalities[0] if causalities else "variable"
+        what = causalities[0] if len(causalities) in (1, 2) else "variable"
         raise ValueError(
             f"component {name!r} has no {what} {variable!r}; expected {expected}"
             f"{or_meant(variable, known)}"
@@ -255,7 +307,7 @@ def _course(name: str, given: Any) -> Course:
         ValueError: it is something else, or its times do not rise.
     """
     if callable(given):
-        return lambda time: float(given(time))
+        return Function(name, given)
     if isinstance(given, numbers.Real):
         _require_number(name, given, REALS[0])
         return lambda time: float(given)
@@ -271,11 +323,7 @@ def _course(name: str, given: Any) -> Course:
             f"input {name!r}: times of shape {times.shape} and values of shape {values.shape}; "
             "expected two arrays of one length"
         )
-    if not np.all(np.diff(times) > 0) or not np.all(np.isfinite(values)):
+    finite = np.isfinite(times).all() and np.isfinite(values).all()
+    if not finite or not np.all(np.diff(times) > 0):
         raise ValueError(f"input {name!r}: expected times in s that rise, and finite values")
-    return _between(times, values)
-
-
-def _between(times: FloatArray, values: FloatArray) -> Course:
-    """Return straight lines between values, which stay constant outside of their times."""
-    return lambda time: float(np.interp(time, times, values))
+    return Table(times, values)

@@ -130,7 +130,7 @@ def test_file_that_is_no_fmu_is_named_by_its_place_in_the_ssp(
     [
         (("--error", 0.01), ("error = 0.01 has no effect", "control")),
         (("--extrapolation", "linear"), ("extrapolation = 'linear' has no effect", "'jacobi'")),
-        (("--method", "jacobi", "--tolerance", 0.1), ("tolerance = 0.1 has no effect",)),
+        (("--method", "jacobi", "--tolerance", 0.01), ("tolerance = 0.01 has no effect",)),
     ],
 )
 def test_option_without_effect_is_refused(

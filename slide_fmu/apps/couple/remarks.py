@@ -1,0 +1,129 @@
+"""Remarks on a coupled run: what was run may not be what was meant, and results may be wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from slide_fmu.apps.couple.component import Component, is_ours
+from slide_fmu.apps.couple.control import Taken
+from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
+from slide_fmu.apps.couple.structure import CoupledSystem, Pin, Table, declared
+from slide_fmu.core.measures import percent
+from slide_fmu.core.signals import FloatArray
+
+BEYOND = 1e-3
+"""Part of the range of an input by which it may be exceeded without a remark."""
+
+TRUSTED = "trusted"
+"""Flag of a surrogate with an error bound."""
+
+OFTEN = 0.05
+"""Share of the communication points from which on a flag gets a remark: usually, 4 % are false
+alarms."""
+
+
+def remarks_on(
+    system: CoupledSystem, options: CouplingOptions, components: Sequence[Component], run: Taken
+) -> list[str]:
+    """Return remarks on a run that has ended, a sentence each."""
+    return [
+        *_on_open_inputs(system),
+        *_on_tables(system, options),
+        *_on_short_steps(system, options, run),
+        *([run.zigzag] if run.zigzag else []),
+        *_on_ranges(system, run),
+        *_on_flags(components, run),
+    ]
+
+
+def _on_open_inputs(system: CoupledSystem) -> Iterator[str]:
+    """Say which inputs nothing leads to."""
+    known = {link.target for link in system.links} | set(system.courses)
+    for name in system.paths:
+        given = system.parameters.get(name, {})
+        left = [
+            variable
+            for variable in system.names(name, "input")
+            if Pin(name, variable) not in known and variable not in given
+        ]
+        if left:
+            yield (
+                f"{name}: {', '.join(left)} without a connection or a value: start values are "
+                "held; connect them, or give values"
+            )
+
+
+def _on_tables(system: CoupledSystem, options: CouplingOptions) -> Iterator[str]:
+    """Say which tables end before the run does."""
+    for pin, course in system.courses.items():
+        if isinstance(course, Table) and len(course.times) > 1:
+            last = float(course.times[-1])
+            if last < options.stop - 0.5 * options.step:
+                yield (
+                    f"values of {pin} end at {last:g} s, and the run at {options.stop:g} s: the "
+                    "last one is held in between"
+                )
+
+
+def _on_short_steps(system: CoupledSystem, options: CouplingOptions, run: Taken) -> Iterator[str]:
+    """Say which surrogates have longer steps of their own."""
+    usual = float(np.median(np.diff(run.time)))  # s
+    by = "" if options.method in IMPLICIT else ", by an implicit method"  # explicit may need it
+    for name, one in system.descriptions.items():
+        if not is_ours(one) or one.defaultExperiment is None or not one.defaultExperiment.stepSize:
+            continue
+        own = float(one.defaultExperiment.stepSize)
+        if usual < (1 - WHOLE) * own:
+            most = "" if options.control is None else "most of "
+            yield (
+                f"step = {usual:g} s, as {most}the steps were, is shorter than {own:g} s, the "
+                f"step of {name!r}: a surrogate has no more to give between its samples, so "
+                "shorter steps take time and hardly make it more accurate, and motions may grow: "
+                f"take its own step, or a multiple of it{by}"
+            )
+
+
+def _on_ranges(system: CoupledSystem, run: Taken) -> Iterator[str]:
+    """Say which inputs left the ranges that their FMUs declare."""
+    linked = zip((link.target for link in system.links), run.inputs.T, strict=True)
+    given = (
+        (pin, np.array([course(t) for t in run.time])) for pin, course in system.courses.items()
+    )
+    for pins, remedy in (
+        (linked, "; if it grows on and on, take shorter steps or an implicit method"),
+        (given, ""),
+    ):
+        for pin, values in pins:
+            yield from _on_range(system, run.time, pin, values, remedy)
+
+
+def _on_range(
+    system: CoupledSystem, time: FloatArray, pin: Pin, values: FloatArray, remedy: str
+) -> Iterator[str]:
+    """Say whether the values of an input, (N,), left its range."""
+    variable = system.variable(pin)
+    ends = declared(variable, "min"), declared(variable, "max")
+    if None in ends:
+        return
+    low, high = map(float, ends)
+    outside = np.maximum(low - values, values - high) > BEYOND * (high - low)
+    if outside.any():
+        farthest = values[np.argmax(np.abs(values - 0.5 * (low + high)))]
+        yield (
+            f"{pin} leaves its range {low:g} .. {high:g} at {time[np.argmax(outside)]:.6g} s, and "
+            f"reaches {farthest:.3g}: results from then on may be wrong{remedy}"
+        )
+
+
+def _on_flags(components: Sequence[Component], run: Taken) -> Iterator[str]:
+    """Say how often surrogates are not trusted."""
+    names = [(one.name, variable) for one in components for variable in one.watched]
+    for (name, variable), values in zip(names, run.watched.T, strict=True):
+        share = float(np.mean(values[1:] == 0))
+        if variable == TRUSTED and share > OFTEN:
+            yield (
+                f"{name}.{TRUSTED} is false at {percent(share)} of the communication points: "
+                f"results may be wrong there; record {name}.{TRUSTED} to see where"
+            )

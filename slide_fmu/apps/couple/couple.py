@@ -174,10 +174,13 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
 
 
 def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[int]:
-    """Return how often a step can be halved for each FMU, if it takes steps of one length."""
+    """Return how often a step can be halved for each FMU, if it takes steps of one length.
+
+    The shortest step is tried by two halves too.
+    """
     steps = (fixed_step(description) for description in system.descriptions.values())
     counts = (round(options.step / own) for own in steps if own is not None)
-    return [MOST_HALVINGS, *((count & -count).bit_length() - 1 for count in counts)]
+    return [MOST_HALVINGS, *((count & -count).bit_length() - 2 for count in counts)]
 
 
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:

@@ -79,8 +79,9 @@ def coupled_report(name: str, result: Coupled, system: CoupledSystem) -> Report:
             for link in system.links
         ),
     ).without_empty_columns()
-    linked = [str(link.target) for link in system.links]
-    others = [one for one in result.values if one not in linked]
+    targets = {str(link.target) for link in system.links}
+    linked = [one for one in result.values if one in targets]
+    others = [one for one in result.values if one not in targets]
     sections = [
         *remark_sections(figures.remarks),
         ReportSection(

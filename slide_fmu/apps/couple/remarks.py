@@ -9,7 +9,7 @@ import numpy as np
 from slide_fmu.apps.couple.component import Component, is_ours
 from slide_fmu.apps.couple.control import Taken
 from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
-from slide_fmu.apps.couple.structure import CoupledSystem, Pin, Table, declared
+from slide_fmu.apps.couple.structure import CoupledSystem, Pin, ValueTable, declared
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
 
@@ -58,7 +58,7 @@ def _on_open_inputs(system: CoupledSystem) -> Iterator[str]:
 def _on_tables(system: CoupledSystem, options: CouplingOptions) -> Iterator[str]:
     """Say which tables end before the run does."""
     for pin, course in system.courses.items():
-        if isinstance(course, Table) and len(course.times) > 1:
+        if isinstance(course, ValueTable) and len(course.times) > 1:
             last = float(course.times[-1])
             if last < options.stop - 0.5 * options.step:
                 yield (

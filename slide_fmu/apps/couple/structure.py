@@ -28,8 +28,8 @@ Course = Callable[[float], float]
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
-    """A Table has straight lines between values, which stay constant outside of their times.
+class ValueTable:
+    """A ValueTable has straight lines between values, which stay constant outside of their times.
 
     Attributes:
         times: in s, ascending, (N,).
@@ -45,8 +45,8 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Function:
-    """A Function has the values of an input, by name, that a function of the time in s gives."""
+class ValueFunction:
+    """A ValueFunction has the values of an input, by name, that a function of the time in s gives."""
 
     name: str
     given: Callable[[float], Any]
@@ -307,7 +307,7 @@ def _course(name: str, given: Any) -> Course:
         ValueError: it is something else, or its times do not rise.
     """
     if callable(given):
-        return Function(name, given)
+        return ValueFunction(name, given)
     if isinstance(given, numbers.Real):
         _require_number(name, given, REALS[0])
         return lambda time: float(given)
@@ -326,4 +326,4 @@ def _course(name: str, given: Any) -> Course:
     finite = np.isfinite(times).all() and np.isfinite(values).all()
     if not finite or not np.all(np.diff(times) > 0):
         raise ValueError(f"input {name!r}: expected times in s that rise, and finite values")
-    return Table(times, values)
+    return ValueTable(times, values)

@@ -46,7 +46,7 @@ class ValueTable:
 
 @dataclass(frozen=True)
 class ValueFunction:
-    """A ValueFunction has the values of an input, by name, that a function of the time in s gives."""
+    """A ValueFunction has values of an input, by name, that a function of the time in s gives."""
 
     name: str
     given: Callable[[float], Any]

@@ -110,6 +110,7 @@ def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatA
     return np.stack(found)[:, unseen.filled]
 
 
+@pytest.mark.extended
 def test_training_that_goes_on_from_a_bounded_surrogate_keeps_network_and_companion_apart(
     fit: Fit, folder: Path, tmp_path: Path
 ) -> None:

@@ -108,6 +108,7 @@ def trials(folder: Path, *signals: Signal, seed: int = 0) -> Trials:
 SHORT = LeastSquaresRecipe(expert=LeastSquaresExpert(segment=50))
 
 
+@pytest.mark.extended
 def test_sine_of_an_angle_is_seen_by_its_direction(tmp_path: Path) -> None:
     taken, histories = search_features(OPEN, SHORT, trials(tmp_path, ANGLE), no_stages)
     assert taken.drive == DIRECTORS

@@ -39,6 +39,7 @@ def test_at_the_recipes_limit_the_initial_state_is_forgotten(frequency: float) -
     assert remaining_difference(250.0, frequency, 6.0) < 0.01
 
 
+@pytest.mark.extended
 def test_beyond_the_recipes_limit_two_responses_last() -> None:
     differences = [remaining_difference(750.0, frequency, 20.0) for frequency in FREQUENCIES]
     assert max(differences) > 0.5

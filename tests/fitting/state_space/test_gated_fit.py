@@ -62,6 +62,7 @@ def test_gated_cell_follows_a_schedule(tmp_path: Path, lever: float) -> None:
     assert gated.network.n_samples == WINDOW.n_in
 
 
+@pytest.mark.extended
 def test_lever_arms_need_factors(tmp_path: Path) -> None:
     with_factor, without = (
         fitted(tmp_path / str(len(readout)), LEVER, {**GATED, "readout": readout})

@@ -71,6 +71,7 @@ def test_spring_that_hardens_gets_mixed_units_and_goes_on_beyond_the_range(tmp_p
     assert found["tanh"].history.units == ()
 
 
+@pytest.mark.extended
 def test_system_that_saturates_keeps_tanh_units(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, training=saturating(1, 6), validation=saturating(2, 6))
     found = fit(replace(problem, eigenvalues=None), {**SIZES, "order": 1, "units": "auto"})
@@ -79,6 +80,7 @@ def test_system_that_saturates_keeps_tanh_units(tmp_path: Path) -> None:
     assert len(found.history.units) == 3
 
 
+@pytest.mark.extended
 def test_network_that_diverges_beyond_is_not_chosen(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

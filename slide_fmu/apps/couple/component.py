@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from fmpy.simulation import apply_start_values, settable_in_instantiated
-from numpy.typing import NDArray
 
 from slide_fmu.apps.couple.options import WHOLE
 from slide_fmu.apps.couple.structure import CoupledSystem, Course, declared
@@ -28,18 +27,8 @@ Inputs = Literal["held", "reached", "sloped", "forecast"]
 """How a component takes inputs: constant over a step; moving to the value that is set, which they
 reach by its end; moving with a slope that is set; or continued by its own forecast."""
 
-PART = 1e-3
-"""Change of an input, as a part of its range, with which derivatives are measured."""
-
 BOUNDLESS = 1e12
 """A declared range or nominal value from this size on says nothing."""
-
-APART, FAR_APART = 16.0, 256.0
-"""A step is divided by these numbers to see whether outputs follow inputs at once."""
-
-AT_ONCE = 0.7
-"""Outputs follow inputs at once where this part of their change is left in the shorter step: a
-state changes half as much in half the time, or even less."""
 
 OURS = "slide-fmu"
 """Generation tool of the FMUs whose inputs and derivatives belong to the end of a step."""
@@ -349,74 +338,3 @@ def range_of(variable: Any) -> float | None:
     if low is not None and high is not None and float(high) > float(low):
         known = float(high) - float(low)
     return known if known is not None and 0 < known < BOUNDLESS else None
-
-
-def declared_dependence(component: Component, names: Collection[str]) -> bool | None:
-    """Return whether a description says that outputs depend on inputs of the same time.
-
-    None if it does not say.
-    """
-    if component.inputs != "held":
-        return True  # an output follows the slope that its inputs had in the step
-    known = {
-        u.variable.name: u.dependencies
-        for u in component.description.outputs
-        if u.variable.name in component.outputs
-    }
-    if len(known) != len(component.outputs) or None in known.values():
-        return None
-    return any(v.name in names for of_output in known.values() for v in of_output)
-
-
-def follows_at_start(
-    component: Component, start: float, values: FloatArray, changes: Sequence[float]
-) -> NDArray[np.bool_]:
-    """Return whether outputs follow each input in initialization mode, (n_linked + n_courses,).
-
-    Args:
-        start: time in s.
-        values: linked inputs, (n_linked,).
-        changes: how much each input is moved.
-    """
-
-    def read(index: int | None) -> FloatArray:
-        component.set_all(values, start, index, changes)
-        return component.read()
-
-    first = read(None)
-    found = [not np.array_equal(read(index), first) for index in range(len(changes))]
-    read(None)
-    return np.array(found, dtype=np.bool_)
-
-
-def follows_in_steps(
-    component: Component, start: float, values: FloatArray, changes: Sequence[float], step: float
-) -> NDArray[np.bool_]:
-    """Return the same by steps, for an FMU that goes back: some compute outputs only there.
-
-    Of two lengths, the shorter one shows nearly the same change where outputs follow at once. An
-    FMU that refuses such steps counts as one whose outputs do not.
-    """
-    own = component.own_step
-    lengths = (step / APART, step / FAR_APART) if own is None else (2 * own, own)
-    state = component.slave.get_state()
-
-    def read(length: float, index: int | None) -> FloatArray:
-        component.slave.set_state(state)
-        component.set_all(values, start, index, changes)
-        component.slave.calls.doStep(start, length, False)
-        return component.read()
-
-    found = []
-    try:
-        first = [read(length, None) for length in lengths]
-        for index in range(len(changes)):
-            pairs = zip(lengths, first, strict=True)
-            late, soon = (np.abs(read(length, index) - base) for length, base in pairs)
-            found.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
-    except CoSimulationError:
-        found = [False] * len(changes)
-    finally:
-        component.slave.set_state(state)
-        component.slave.free_state(state)
-    return np.array(found, dtype=np.bool_)

@@ -11,16 +11,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.apps.couple.agreement import agreed
-from slide_fmu.apps.couple.component import (
-    PART,
-    Component,
-    declared_dependence,
-    follows_at_start,
-    follows_in_steps,
-    is_ours,
-    range_of,
-)
+from slide_fmu.apps.couple.component import Component, is_ours, range_of
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
+from slide_fmu.apps.couple.feedthrough import ask_whether_it_follows, try_whether_it_follows
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.options import CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
@@ -89,11 +82,11 @@ def initialized(
     inputs, left = _first_values(components, places, parts, sources)
     ranges = [range_of(system.variable(link.target)) for link in system.links]
     for one, place in zip(components, places, strict=True):
-        _ask_whether_it_follows(system, one, inputs[place], options.step)
+        ask_whether_it_follows(system, one, inputs[place])
     for one, place in zip(components, places, strict=True):
         one.begin(inputs[place], 0.0)
     for one, place in zip(components, places, strict=True):
-        _try_whether_it_follows(system, one, inputs[place], options.step)
+        try_whether_it_follows(system, one, inputs[place], options.step)
     require_no_loop(system, components, options)
     outputs = np.concatenate([one.read() for one in components])
     owners = [one for one in components for _ in one.linked]
@@ -117,48 +110,6 @@ def initialized(
     loop = Loop(components, places, sources, parts, held, mix, floors, rounding, outputs, inputs)
     loop.inputs = loop.values(outputs)
     return loop, remarks
-
-
-def _ask_whether_it_follows(
-    system: CoupledSystem, one: Component, values: FloatArray, step: float
-) -> None:
-    """Note whether outputs follow inputs at once, as the description or the first values say."""
-    linked, courses = set(one.linked), _names_of_courses(system, one)
-    by_linked = declared_dependence(one, linked) if linked else False
-    by_any = declared_dependence(one, linked | courses) if linked | courses else False
-    if by_any is None:
-        found = follows_at_start(one, 0.0, values, _changes(system, one, values))
-        by_linked, by_any = bool(found[: len(linked)].any()), bool(found.any())
-    one.feeds_through, one.follows = bool(by_linked), bool(by_any)
-
-
-def _try_whether_it_follows(
-    system: CoupledSystem, one: Component, values: FloatArray, step: float
-) -> None:
-    """Note the same by steps, where an FMU goes back and its description does not say it."""
-    linked, courses = set(one.linked), _names_of_courses(system, one)
-    undeclared = declared_dependence(one, linked | courses) is None
-    if not one.outputs or not one.rolls_back or not linked | courses or not undeclared:
-        return
-    found = follows_in_steps(one, 0.0, values, _changes(system, one, values), step)
-    one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
-    one.follows = one.follows or bool(found.any())
-
-
-def _names_of_courses(system: CoupledSystem, one: Component) -> set[str]:
-    return {pin.variable for pin in system.courses if pin.component == one.name}
-
-
-def _changes(system: CoupledSystem, one: Component, values: FloatArray) -> list[float]:
-    """Return how much each input is moved to see whether outputs follow it."""
-    courses = [pin for pin in system.courses if pin.component == one.name]
-    present = [*values.tolist(), *(system.courses[pin](0.0) for pin in courses)]
-    pins = [*(Pin(one.name, name) for name in one.linked), *courses]
-    sizes = (
-        range_of(system.variable(pin)) or abs(value)
-        for pin, value in zip(pins, present, strict=True)
-    )
-    return [PART * size or PART for size in sizes]
 
 
 def _rounding(system: CoupledSystem, source: Pin) -> float:

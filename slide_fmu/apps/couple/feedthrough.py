@@ -1,0 +1,134 @@
+"""Outputs may follow inputs at the same time: descriptions say it, or short trials show it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.apps.couple.component import Component, range_of
+from slide_fmu.apps.couple.structure import CoupledSystem, Pin
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import CoSimulationError
+
+PART = 1e-3
+"""Change of an input, as a part of its range, that shows whether outputs follow it."""
+
+APART, FAR_APART = 16.0, 256.0
+"""A step is divided by these numbers to see whether outputs follow inputs at once."""
+
+AT_ONCE = 0.7
+"""Outputs follow inputs at once where this part of their change is left in the shorter step: a
+state changes half as much in half the time, or even less."""
+
+
+def ask_whether_it_follows(system: CoupledSystem, one: Component, values: FloatArray) -> None:
+    """Note whether outputs follow inputs at once, as the description or the first values say."""
+    linked, courses = set(one.linked), _names_of_courses(system, one)
+    by_linked = _declared(one, linked) if linked else False
+    by_any = _declared(one, linked | courses) if linked | courses else False
+    if by_any is None:
+        found = _at_start(one, 0.0, values, _changes(system, one, values))
+        by_linked, by_any = bool(found[: len(linked)].any()), bool(found.any())
+    one.feeds_through, one.follows = bool(by_linked), bool(by_any)
+
+
+def try_whether_it_follows(
+    system: CoupledSystem, one: Component, values: FloatArray, step: float
+) -> None:
+    """Note the same by steps, where an FMU goes back and its description does not say it."""
+    linked, courses = set(one.linked), _names_of_courses(system, one)
+    undeclared = _declared(one, linked | courses) is None
+    if not one.outputs or not one.rolls_back or not linked | courses or not undeclared:
+        return
+    found = _in_steps(one, 0.0, values, _changes(system, one, values), step)
+    one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
+    one.follows = one.follows or bool(found.any())
+
+
+def _names_of_courses(system: CoupledSystem, one: Component) -> set[str]:
+    return {pin.variable for pin in system.courses if pin.component == one.name}
+
+
+def _changes(system: CoupledSystem, one: Component, values: FloatArray) -> list[float]:
+    """Return how much each input is moved to see whether outputs follow it."""
+    courses = [pin for pin in system.courses if pin.component == one.name]
+    present = [*values.tolist(), *(system.courses[pin](0.0) for pin in courses)]
+    pins = [*(Pin(one.name, name) for name in one.linked), *courses]
+    sizes = (
+        range_of(system.variable(pin)) or abs(value)
+        for pin, value in zip(pins, present, strict=True)
+    )
+    return [PART * size or PART for size in sizes]
+
+
+def _declared(component: Component, names: Collection[str]) -> bool | None:
+    """Return whether a description says that outputs depend on inputs of the same time.
+
+    None if it does not say.
+    """
+    if component.inputs != "held":
+        return True  # an output follows the slope that its inputs had in the step
+    known = {
+        u.variable.name: u.dependencies
+        for u in component.description.outputs
+        if u.variable.name in component.outputs
+    }
+    if len(known) != len(component.outputs) or None in known.values():
+        return None
+    return any(v.name in names for of_output in known.values() for v in of_output)
+
+
+def _at_start(
+    component: Component, start: float, values: FloatArray, changes: Sequence[float]
+) -> NDArray[np.bool_]:
+    """Return whether outputs follow each input in initialization mode, (n_linked + n_courses,).
+
+    Args:
+        start: time in s.
+        values: linked inputs, (n_linked,).
+        changes: how much each input is moved.
+    """
+
+    def read(index: int | None) -> FloatArray:
+        component.set_all(values, start, index, changes)
+        return component.read()
+
+    first = read(None)
+    found = [not np.array_equal(read(index), first) for index in range(len(changes))]
+    read(None)
+    return np.array(found, dtype=np.bool_)
+
+
+def _in_steps(
+    component: Component, start: float, values: FloatArray, changes: Sequence[float], step: float
+) -> NDArray[np.bool_]:
+    """Return the same by steps, for an FMU that goes back: some compute outputs only there.
+
+    Of two lengths, the shorter one shows nearly the same change where outputs follow at once. An
+    FMU that refuses such steps counts as one whose outputs do not.
+    """
+    own = component.own_step
+    lengths = (step / APART, step / FAR_APART) if own is None else (2 * own, own)
+    state = component.slave.get_state()
+
+    def read(length: float, index: int | None) -> FloatArray:
+        component.slave.set_state(state)
+        component.set_all(values, start, index, changes)
+        component.slave.calls.doStep(start, length, False)
+        return component.read()
+
+    found = []
+    try:
+        first = [read(length, None) for length in lengths]
+        for index in range(len(changes)):
+            pairs = zip(lengths, first, strict=True)
+            late, soon = (np.abs(read(length, index) - base) for length, base in pairs)
+            found.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
+    except CoSimulationError:
+        found = [False] * len(changes)
+    finally:
+        component.slave.set_state(state)
+        component.slave.free_state(state)
+    return np.array(found, dtype=np.bool_)

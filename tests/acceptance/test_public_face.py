@@ -134,6 +134,7 @@ def test_version_is_the_newest_of_the_changelog_or_develops_the_next_one() -> No
         assert newest == slide.__version__
 
 
+@pytest.mark.extended
 def test_python_m_does_what_the_console_script_does() -> None:
     assert callable(importlib.import_module("slide_fmu.cli").main)
     arguments = [sys.executable, "-m", "slide_fmu", "check", str(DUFFING)]

@@ -145,6 +145,7 @@ def test_what_needs_a_model_is_refused_in_words(
     assert "Traceback" not in done.output
 
 
+@pytest.mark.extended
 def test_training_goes_on_from_the_network_of_an_fmu(place: Path) -> None:
     """One iteration on another record of the same system keeps what the first one has learnt."""
     write_record(place / "other.csv", 3000, seed=3, noise=NOISE)

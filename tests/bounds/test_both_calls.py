@@ -21,6 +21,8 @@ from tests.libraries import build_libraries
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe
 
+pytestmark = pytest.mark.extended
+
 RECIPE = tiny_state_space_recipe(
     system={
         "model": "mbs_models.oscillators:DuffingBaseMotion",

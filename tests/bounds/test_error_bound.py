@@ -36,6 +36,8 @@ from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
 from tests.refusals import refused
 
+pytestmark = pytest.mark.extended
+
 RECIPE = tiny_state_space_recipe(
     system={
         "model": "mbs_models.oscillators:DuffingOscillator",
@@ -110,7 +112,6 @@ def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatA
     return np.stack(found)[:, unseen.filled]
 
 
-@pytest.mark.extended
 def test_training_that_goes_on_from_a_bounded_surrogate_keeps_network_and_companion_apart(
     fit: Fit, folder: Path, tmp_path: Path
 ) -> None:
@@ -265,7 +266,6 @@ def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -
     assert (usual < surrogate.error_tolerances).all()
 
 
-@pytest.mark.extended
 def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     fit: Fit, folder: Path
 ) -> None:
@@ -315,7 +315,6 @@ def test_companion_has_learnt_from_other_trajectories(fit: Fit, unseen: Unseen) 
     assert 0.2 * unseen.errors.mean() < apart < 20 * unseen.errors.mean()
 
 
-@pytest.mark.extended
 def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     fit: Fit, folder: Path, tmp_path: Path
 ) -> None:
@@ -328,7 +327,6 @@ def test_same_recipe_gives_the_same_bytes_and_another_seed_others(
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
 
 
-@pytest.mark.extended
 def test_companion_learns_from_the_trajectories_of_the_surrogate_or_from_others(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
@@ -358,7 +356,6 @@ def test_surrogate_does_not_depend_on_its_bound(fit: Fit, folder: Path) -> None:
     assert np.array_equal(alone.predict(inputs), fit.surrogate.predict(inputs))
 
 
-@pytest.mark.extended
 def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
@@ -382,7 +379,6 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     assert np.abs(ratios).mean() < 0.8 * np.abs(constant - np.median(constant)).mean()
 
 
-@pytest.mark.extended
 def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     fit: Fit, folder: Path, unseen: Unseen, monkeypatch: pytest.MonkeyPatch
 ) -> None:

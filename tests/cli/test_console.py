@@ -114,6 +114,7 @@ def test_help_in_a_pipe_has_whole_summaries_whatever_the_terminal(columns: str) 
         assert line.endswith(f"  {subcommand.__doc__}")
 
 
+@pytest.mark.extended
 def test_error_message_on_a_terminal_is_wrapped_to_its_width(tmp_path: Path) -> None:
     master, terminal = pty.openpty()
     try:

@@ -90,6 +90,7 @@ def test_remedy_is_what_the_readme_says_for_a_clone() -> None:
     assert f"`{INSTALL.partition(' in a clone')[0]}`" in readme
 
 
+@pytest.mark.extended
 def test_init_of_a_model_that_imports_exudyn_says_what_to_install(tmp_path: Path) -> None:
     (tmp_path / "arm.py").write_text("import exudyn\ndef build(mbs, p): ...\n", encoding="utf-8")
     done = called(tmp_path, MAIN, "init", "arm.py")

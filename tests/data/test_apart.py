@@ -53,6 +53,7 @@ def unpack_and_crash() -> None:
     os._exit(7)
 
 
+@pytest.mark.extended
 def test_program_that_crashes_leaves_no_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -80,6 +81,7 @@ def test_system_that_may_crash_is_named_and_others_are_simulated_here() -> None:
     assert guarded(FailingSystem(), ("pump.fmu", "fmu"), os.getpid) != os.getpid()
 
 
+@pytest.mark.extended
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
 def test_program_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     place = tmp_path / "pid"

@@ -135,6 +135,7 @@ def test_a_failure_names_the_input_that_is_outside_of_its_range() -> None:
         simulate(FailingSystem(fail=0.2), inputs[:1])
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("in_range", [0.5, 0.0])
 def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     in_range: float, tmp_path: Path

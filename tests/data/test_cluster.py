@@ -98,6 +98,7 @@ def test_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch
         pass
 
 
+@pytest.mark.extended
 def test_scheduler_that_is_not_there_is_told_in_a_bounded_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

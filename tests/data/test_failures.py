@@ -78,6 +78,7 @@ def failed_first(recipe: Recipe, level: float) -> list[int]:
     return [i for i, drawn in enumerate(draws) if np.max(drawn.inputs) > level]
 
 
+@pytest.mark.extended
 def test_another_draw_takes_the_place_of_one_that_fails(failed: Failed) -> None:
     recipe, failures = failed.recipe, failed.failures
     wanted = failed_first(recipe, LEVEL)
@@ -189,6 +190,7 @@ def test_a_removed_store_takes_its_failures_along(failed: Failed, tmp_path: Path
     assert kept_failures(tmp_path / "store") == []
 
 
+@pytest.mark.extended
 def test_a_crash_in_a_worker_is_told_with_the_model(tmp_path: Path) -> None:
     recipe = failing(crash=0.99)
     expected = "FailingSystem.*ended the process that simulated it: its library crashed"

@@ -97,6 +97,7 @@ def test_threads_do_not_disturb_each_other(tmp_path: Path, request: pytest.Fixtu
     assert_complete(SMALL, tmp_path / "s")
 
 
+@pytest.mark.extended
 def test_process_pool_generates_every_trajectory_once(tmp_path: Path) -> None:
     with process_pool(WORKERS) as pool:
         assert generate(case_of(SMALL), tmp_path / "s", pool, silent) == 14

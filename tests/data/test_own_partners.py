@@ -108,6 +108,7 @@ def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:
     assert kept_failures(tmp_path / "data.zarr") == []
 
 
+@pytest.mark.extended
 def test_partner_that_drives_its_input_on_is_left_out_and_counted(tmp_path: Path) -> None:
     loop = {**body(tmp_path), "ranges": {"sign": (-1.0, -1.0), "k": (100.0, 100.0)}}
     case, store = case_of(recipe_of(loop=loop, most_failures=1.0)), tmp_path / "data.zarr"
@@ -232,6 +233,7 @@ def test_output_that_does_not_follow_its_input_is_refused() -> None:
     ClosedLoop(masses("two"), gap)  # it answers outside of a gap
 
 
+@pytest.mark.extended
 def test_own_spring_deforms_as_a_simple_one(tmp_path: Path) -> None:
     """Its other input adds a force, as the motion of the other end of a simple one."""
     path = tmp_path / "spring.py"

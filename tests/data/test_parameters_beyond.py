@@ -78,6 +78,7 @@ def parsed(path: Path) -> Recipe:
     return parse_recipe(path.read_text(encoding="utf-8"), path)
 
 
+@pytest.mark.extended
 def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
     recipe, store = parsed(lag(tmp_path)), tmp_path / "run" / "store"
     assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
@@ -85,6 +86,7 @@ def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) ->
     assert 1.8 < gains(store).max() <= 2.0
 
 
+@pytest.mark.extended
 def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_path: Path) -> None:
     recipe, store = parsed(lag(tmp_path, table="beyond = 0.2")), tmp_path / "run" / "store"
     asked = [

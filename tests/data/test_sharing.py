@@ -30,6 +30,7 @@ from tests.progress import silent
 from tests.store_digest import store_digest
 
 
+@pytest.mark.extended
 def test_trajectory_that_another_process_makes_is_waited_for_and_made_should_it_fail(
     tmp_path: Path,
 ) -> None:
@@ -51,6 +52,7 @@ def test_trajectory_that_another_process_makes_is_waited_for_and_made_should_it_
     assert_complete(SMALL, path)
 
 
+@pytest.mark.extended
 def test_trajectory_that_another_process_finishes_is_not_made_again(tmp_path: Path) -> None:
     path, whole = tmp_path / "s", tmp_path / "whole"
     generate(case_of(SMALL), whole, None, silent)

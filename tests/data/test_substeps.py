@@ -73,6 +73,7 @@ def true_positions(model: str) -> FloatArray:
     return np.asarray(found.y[:1].T)
 
 
+@pytest.mark.extended
 def test_finer_steps_show_the_model_how_sines_bend(model: str) -> None:
     """Chords through a sine lower it by (omega h)^2 / 12, 2.5 %; of a fourth, by a sixteenth."""
     errors = {}

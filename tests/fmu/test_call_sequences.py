@@ -421,6 +421,7 @@ class Sequences(RuleBasedStateMachine):
             pair.caller.free()
 
 
+@pytest.mark.extended
 @pytest.mark.examples
 @pytest.mark.parametrize("shape", every(2, SHAPES.values()), ids=list(SHAPES))
 def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(load: Load, shape: Shape) -> None:

@@ -119,6 +119,7 @@ def test_step_that_does_not_follow_the_last_one_is_refused(rich: Loaded) -> None
     assert native.do_step(10.0 + STEP) == OK
 
 
+@pytest.mark.extended
 def test_summed_times_of_an_importer_are_followed_over_a_long_run(load: Load) -> None:
     """An importer that adds up its own time over a long run is still followed."""
     native = load(sum_surrogate()).instance().start()

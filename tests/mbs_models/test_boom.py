@@ -67,6 +67,7 @@ def test_closed_valve_leaves_oil_as_a_spring() -> None:
     assert areas[0] * rates[2] - areas[1] * rates[3] == pytest.approx(-0.01 * stiffness)
 
 
+@pytest.mark.extended
 def test_halves_follow_the_whole_machine(tmp_path: Path) -> None:
     partner, step, stop = BOOM_CYLINDER.partners["piston 20 kg"], 0.01, 1.5
     command = BOOM_CYLINDER.drive(partner, 1, stop)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from mbs_models.slider_crank.coupled_crank import CoupledCrank
 from mbs_models.slider_crank.slider_crank import director
@@ -50,6 +51,7 @@ def test_crank_at_rest_needs_no_torque() -> None:
     assert np.abs(torque).max() < 1e-3
 
 
+@pytest.mark.extended
 def test_halves_follow_the_whole_machine(tmp_path: Path) -> None:
     partner = {"inertia": 0.5}
     command, step, stop = MOTOR_CRANK.drive(partner, 1, 1.5), 0.01, 1.5

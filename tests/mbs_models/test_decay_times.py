@@ -104,6 +104,7 @@ def test_it_is_refused_at_full_speed_too_though_the_mode_grows_for_moments(
     assert figures["measured_decay_time_s"]["mean"] == pytest.approx(WEAK_DECAY, rel=0.1)
 
 
+@pytest.mark.extended
 def test_the_window_of_the_paper_is_long_enough_for_a_stiff_drive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -49,6 +49,7 @@ def finished(folder: Path, picture: str | None = None) -> Job:
     return Job("", case_of(recipe), RunFolder(folder), lambda stage: lambda *state: None)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("system", "draw"),
     [(SliderCrank(), drawing.slider_crank_picture), (Robot6R(), drawing.robot_picture)],

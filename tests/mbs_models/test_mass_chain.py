@@ -207,6 +207,7 @@ def test_harmonic_forces_of_the_recipe_have_one_response(frequency: float, phase
     assert remaining_difference(inputs, 0, WINDOW) < FORGOTTEN
 
 
+@pytest.mark.extended
 def test_stronger_harmonic_forces_have_several_responses() -> None:
     inputs = harmonic(1.0, 54.0, np.pi, 1600)
     assert max(remaining_difference(inputs, seed, 1200) for seed in range(4)) > 0.1

@@ -103,6 +103,7 @@ def test_spring_agrees_with_finite_elements() -> None:
     assert error(spring[60:], elements[60:]) < 3e-4
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("kind", SOCKETS)
 def test_substeps_converge_with_the_second_order(kind: str) -> None:
     set_points = moves(1)

@@ -282,6 +282,7 @@ def test_substeps_converge_with_the_second_order() -> None:
     assert 3.0 < coarse / fine < 5.0
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     ("elements", "substeps", "bound"), [(10, 20, 3e-4), (6, 10, 1e-3), (6, 4, 5e-3)]
 )

@@ -30,6 +30,7 @@ def test_measured_decay_of_the_linear_oscillator_is_exact(amplitude: float) -> N
     assert found == pytest.approx(-4, rel=0.02)
 
 
+@pytest.mark.extended
 def test_two_motions_of_a_bistable_duffing_never_meet() -> None:
     """Above its resonance a harmonic force has two lasting responses, large and small."""
     system = DuffingOscillator()

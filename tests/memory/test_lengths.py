@@ -118,6 +118,7 @@ def test_given_duration_that_is_too_short_is_named() -> None:
         find_lengths(recipe, case_of(recipe.guess).system)
 
 
+@pytest.mark.extended
 def test_motions_that_never_meet_are_refused_after_their_records_have_grown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

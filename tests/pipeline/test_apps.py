@@ -71,6 +71,7 @@ def test_subcommand_that_is_not_there_or_there_twice_is_left_out(
     assert all(part in reason for part in ("'one'", word))
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -60,6 +60,7 @@ def opened(folder: Path, name: str, parameters: str = "", fixed: str = "") -> Jo
     return open_job(place, folder / "runs", no_stages)
 
 
+@pytest.mark.extended
 def test_window_is_that_of_the_slowest_corner(job: Job, tmp_path: Path) -> None:
     """Its time constant is 2 m / d: the heaviest mass decays most slowly."""
     light, heavy = (
@@ -81,6 +82,7 @@ def test_models_of_other_kinds_follow_no_parameters(job: Job) -> None:
         compare_recipe(job, Terms(budget=1.0, seed=0))
 
 
+@pytest.mark.extended
 def test_lengths_are_found_again_for_other_ranges(job: Job, folder: Path) -> None:
     again = opened(folder, "both", MASS)
     assert again.resolved == job.resolved

@@ -15,6 +15,7 @@ from tests.refusals import refused
 WITH_NUMBERS = with_data("train = 2\nvalidation = 1")
 
 
+@pytest.mark.extended
 def test_data_are_made_beside_another_program_that_makes_some_and_not_beside_one_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -119,6 +119,7 @@ def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
     assert job.recipe.count("train") == 2 * FEW
 
 
+@pytest.mark.extended
 def test_numbers_are_found_once_and_a_released_fmu_knows_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

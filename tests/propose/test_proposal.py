@@ -73,6 +73,7 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert "# The range was given." in found.text
 
 
+@pytest.mark.extended
 def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
     wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
     assert parse_open_recipe(propose(wish, silent).text, "proposal").guess.data.substeps == 1
@@ -138,6 +139,7 @@ def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
         propose(Wish(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
 
 
+@pytest.mark.extended
 def test_input_that_changes_no_output_is_named(lag: Path) -> None:
     assert not any("changes no output" in r for r in remarks_of(lag))
     # an even system answers the same to an input of the opposite sign

@@ -69,6 +69,7 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
         assert found.trusted[found.step]
 
 
+@pytest.mark.extended
 def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
     (again, _) = attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
     assert np.array_equal(again.found.inputs, attacks[0].found.inputs)
@@ -84,6 +85,7 @@ def searched(goes_on: bool, system: System) -> Attack:
     return search(target, np.random.default_rng(4))
 
 
+@pytest.mark.extended
 def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -82,6 +82,7 @@ def test_model_under_inputs_that_bend_is_timed_by_whole_steps(tmp_path: Path) ->
     assert 1e6 * WALL <= timing.reference_step_us < 2e6 * WALL
 
 
+@pytest.mark.extended
 def test_straight_inputs_beside_those_that_bend_tell_the_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -95,6 +95,7 @@ def test_slopes_of_a_moving_sum_are_equal_at_all_ages() -> None:
     np.testing.assert_allclose(newest, [[-1e-3 * STIFFNESS, 0.0, 0.0]], rtol=1e-6, atol=1e-12)
 
 
+@pytest.mark.extended
 def test_own_mass_gains_as_a_simple_one(tmp_path: Path) -> None:
     """Nothing but the loop holds the mass, and a constant load moves it on and on."""
     mass = STIFFNESS / (2 * np.pi * 0.02 / STEP) ** 2

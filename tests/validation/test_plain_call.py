@@ -179,6 +179,7 @@ def test_printed_figure_of_smooth_inputs_is_what_a_user_gets(case: Case) -> None
     assert float(relative(errors, truths)[0]) == pytest.approx(getattr(output, key), rel=0.2)
 
 
+@pytest.mark.extended
 def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
     _, _, found = case
     (output,) = found.outputs
@@ -196,6 +197,7 @@ def test_held_inputs_are_late_and_moving_ones_are_not(case: Case) -> None:
         assert output.rough > output.smooth
 
 
+@pytest.mark.extended
 def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None:
     """The exact surrogate errs by the same in its FMU's plain call."""
     _, validation, found = case

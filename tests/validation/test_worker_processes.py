@@ -20,6 +20,7 @@ from tests.progress import silent
 from tests.validation.tiny_validation import FINER, PLAIN, TASK, measured, same
 
 
+@pytest.mark.extended
 def test_validation_by_several_processes_measures_the_same(
     fmu: Path, surrogate: Surrogate, finer: Validation, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -90,6 +90,7 @@ def test_mistakes_are_refused_in_words(
     assert message in result.stderr.replace("\n", " ")
 
 
+@pytest.mark.extended
 def test_calibrate_imports_no_training_packages(files: tuple[Path, Path]) -> None:
     """scipy takes packages that are made missing, as other tests do, for broken ones."""
     arguments = [str(file) for file in files]

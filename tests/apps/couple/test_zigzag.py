@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 import slide_fmu as slide
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
@@ -59,6 +61,7 @@ def ride(folder: Path, hold: Hold, stop: float) -> Coupled:
     return found
 
 
+@pytest.mark.extended
 def test_force_of_a_damper_that_zigzags_is_named_with_the_remedy(tmp_path: Path) -> None:
     run = ride(tmp_path, "first_order", 0.2)
     (remark,) = [one for one in run.figures.remarks if "zigzag" in one]

@@ -66,6 +66,7 @@ def require_in_domain(problem: MoveProblem, move: Move) -> None:
     assert problem.limits.kept(problem.start, move.motion, surrogate.window.step)
 
 
+@pytest.mark.extended
 def test_earliest_move_is_one_in_the_domain() -> None:
     problem = crank_problem()
     free, bounded = earliest(problem), earliest(with_domain(problem))
@@ -120,6 +121,7 @@ def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:
     require_in_domain(problem, quietest(problem, 1.5).move)
 
 
+@pytest.mark.extended
 def test_best_candidate_is_one_in_the_domain() -> None:
     problem = with_domain(crank_problem())
     require_in_domain(problem, choose(problem, largest, MoveFamily(300, 3.0, 0)).move)

@@ -71,6 +71,7 @@ def of_robot() -> Found:
     return earliest(robot_problem())
 
 
+@pytest.mark.extended
 def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_limits(
     of_robot: Found,
 ) -> None:
@@ -109,6 +110,7 @@ def test_a_joint_that_need_not_move_stays() -> None:
     np.testing.assert_array_equal(move.motion[:, 3], problem.start[3])
 
 
+@pytest.mark.extended
 def test_predictions_of_moves_are_those_of_the_streamed_surrogate() -> None:
     problem = robot_problem(seed=8)
     for move in earliest(problem).baselines[:2]:
@@ -146,6 +148,7 @@ def test_a_tolerance_below_what_is_known_is_refused_in_words() -> None:
         earliest(robot_problem(tolerance=1e-6))
 
 
+@pytest.mark.extended
 def test_quietest_move_rings_less_than_all_others_of_its_time() -> None:
     problem = robot_problem()
     found = quietest(problem, 1.35)

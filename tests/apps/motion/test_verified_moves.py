@@ -168,6 +168,7 @@ def test_calibration_prints_the_factor_and_where_to_write_it(tmp_path: Path) -> 
     assert "[apps.motion]" in done.output
 
 
+@pytest.mark.extended
 def test_verified_moves_are_named_with_rounds_and_residual(tmp_path: Path) -> None:
     done = invoke("motion", CRANK, TURN, "--verify", "-o", tmp_path, "--json", tmp_path / "a.json")
     assert done.exit_code == 0, done.output

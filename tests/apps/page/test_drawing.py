@@ -160,6 +160,7 @@ def test_page_draws_the_machine_as_it_moves(chromium: Browser, tmp_path: Path, n
     assert chromium.complaints() == []
 
 
+@pytest.mark.extended
 def test_page_without_a_drawing_shows_no_place_for_it(chromium: Browser, tmp_path: Path) -> None:
     surrogate = load(FMUS / "mass_chain" / "mass_chain.fmu")
     plain = export_fmu(surrogate, tmp_path / "plain.fmu")  # without what the released one carries

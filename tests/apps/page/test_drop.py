@@ -43,6 +43,7 @@ def _give(chromium: Browser, path: Path) -> None:
     chromium.call("DOM.setFileInputFiles", files=[str(path)], nodeId=found)
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(
     "name", essential(["duffing", "slider_crank_payload", "robot_6r"], "duffing")
 )

@@ -82,6 +82,7 @@ def test_trail_of_an_unknown_point_is_refused() -> None:
         checked_drawing(drawing, names_of(read_fmu(ROBOT)[0]), "robot")
 
 
+@pytest.mark.extended
 def test_page_shows_the_factor_and_all_outputs_in_one_column(
     chromium: Browser, tmp_path: Path
 ) -> None:

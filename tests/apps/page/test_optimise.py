@@ -44,6 +44,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(FMU, tmp_path_factory.mktemp("optimise") / "crank.html")
 
 
+@pytest.mark.extended
 def test_browser_finds_what_the_command_finds(
     chromium: Browser, page: Path, tmp_path: Path
 ) -> None:

@@ -44,6 +44,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(CRANK, tmp_path_factory.mktemp("state") / "crank.html", drawing=DRAWING)
 
 
+@pytest.mark.extended
 def test_copied_link_shows_the_same(chromium: Browser, page: Path) -> None:
     chromium.resize(1400, 900)
     chromium.open(page)

@@ -116,9 +116,12 @@ def test_keys_alone_move_inputs_and_stop_the_clock(chromium: Browser, page_of: P
         chromium.press("Tab")
         if chromium.evaluate(f"document.activeElement === {slider}"):
             break
-    before = chromium.evaluate(f"{slider}.valueAsNumber")
+    # The input wanders until the key is pressed.
+    chromium.evaluate(
+        f"{slider}.addEventListener('keydown', () => before = {slider}.valueAsNumber, true), 0"
+    )
     chromium.press("ArrowRight")
-    moved = chromium.evaluate(f"{slider}.valueAsNumber") - before
+    moved = chromium.evaluate(f"{slider}.valueAsNumber - before")
     assert chromium.evaluate(f"document.activeElement === {slider}")
     assert abs(moved) == pytest.approx(20.0)
     assert not chromium.evaluate("document.getElementById('wander').checked")

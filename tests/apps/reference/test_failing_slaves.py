@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 MODEL = """
 inputs = {"place": {"unit": "m", "range": [-1.0, 1.0]}}
 outputs = {"force": {"unit": "N", "range": [-1e3, 1e3]}}
@@ -57,6 +59,7 @@ print("refused", refused)
 """
 
 
+@pytest.mark.extended
 def test_each_exception_is_an_error_and_nothing_is_freed_twice(tmp_path: Path) -> None:
     (tmp_path / "spring.py").write_text(MODEL, encoding="utf-8")
     command = [sys.executable, "-c", IMPORTER, str(tmp_path)]

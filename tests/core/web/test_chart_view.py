@@ -79,6 +79,7 @@ def _picture(browser: Browser, index: int) -> str:
     return str(browser.evaluate(f"{CANVAS.format(index)}.toDataURL()"))
 
 
+@pytest.mark.extended
 def test_pointer_reads_the_values_of_all_panels_at_its_place(shown: Browser) -> None:
     (place,) = _places(shown, 0, 0.3)
     _mouse(shown, "mouseMoved", place, 0)

@@ -47,6 +47,7 @@ def fitted(folder: Path, lever: float, network: dict[str, Any]) -> Fitted:
 GATED: dict[str, Any] = {"units": "gated", "schedule": ("inputs",), "hidden": 2}
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("lever", first([LEVER, 0.0]))
 def test_gated_cell_follows_a_schedule(tmp_path: Path, lever: float) -> None:
     readout: tuple[str, ...] = ("inputs",) if lever else ()

@@ -206,6 +206,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
         assert error < FORGOTTEN
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize(("limit", "last"), [(3000, 12), (100, 3)])
 def test_planned_are_the_iterations_of_the_runs_to_come(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int, last: int

@@ -58,6 +58,7 @@ def test_errors_without_noise_are_told_down_to_a_part_of_it() -> None:
     assert without_noise(math.inf, 1.0) == math.inf
 
 
+@pytest.mark.extended
 def test_search_beside_noise_finds_units_that_lower_the_whole_error_little(
     tmp_path: Path,
 ) -> None:

@@ -190,6 +190,7 @@ def parametric_problem(folder: Path) -> Problem:
     )
 
 
+@pytest.mark.extended
 def test_fit_follows_a_parameter_that_it_has_not_seen(tmp_path: Path) -> None:
     """A fit that knows nothing of the parameter is many times worse."""
     problem = parametric_problem(tmp_path)
@@ -208,6 +209,7 @@ def test_fit_follows_a_parameter_that_it_has_not_seen(tmp_path: Path) -> None:
     assert min(errors[1::2]) > 4 * max(errors[::2])
 
 
+@pytest.mark.extended
 def test_same_seed_gives_the_same_coefficients(tmp_path: Path) -> None:
     found = []
     for folder in (tmp_path / "a", tmp_path / "b"):

@@ -103,6 +103,7 @@ def repeated(tmp_path_factory: pytest.TempPathFactory) -> Repeated:
     return Repeated(found, folder, states)
 
 
+@pytest.mark.extended
 def test_fit_depends_on_its_seed_alone(
     nonlinear: Fitted, repeated: Repeated, tmp_path: Path
 ) -> None:
@@ -194,6 +195,7 @@ def test_progress_rises_and_the_best_error_falls(repeated: Repeated) -> None:
     assert best[-1] == repeated.fitted.error
 
 
+@pytest.mark.extended
 def test_beyond_the_dense_limit_the_network_is_widened(widened: Fitted, wide_folder: Path) -> None:
     cell = widened.network.cell
     assert (len(cell.a), len(cell.w)) == (4, 12)
@@ -208,6 +210,7 @@ def test_beyond_the_dense_limit_the_network_is_widened(widened: Fitted, wide_fol
     assert np.any(cell.e[:2, fewest:])
 
 
+@pytest.mark.extended
 def test_widening_that_never_helps_keeps_the_smaller_network(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,7 @@ def test_order_that_eigenvalues_tell_does_not_fall(tmp_path: Path) -> None:
     assert len(fit(problem, {"hidden": 0}).network.cell.a) == 4
 
 
+@pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize(("samples", "states"), [(12, {1, 2, 3}), (200, {5})])
 def test_search_stays_within_what_impulse_responses_show(

@@ -262,6 +262,7 @@ def measured(seed: int, samples: int) -> Pair:
     return inputs, outputs + torch.from_numpy(noise)
 
 
+@pytest.mark.extended
 def test_known_spectrum_of_noise_makes_a_fit_more_accurate(tmp_path: Path) -> None:
     """Beside the truth, about the mean, which a drift hides; the noise is of another time."""
     records = {"training": measured(1, 400), "validation": measured(2, 200)}

@@ -73,6 +73,7 @@ def fit(folder: Path) -> Fit:
     return fitted(LEARNING, folder / "store", folder / "checkpoints")
 
 
+@pytest.mark.extended
 def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
     test = open_store(folder / "store").split("estimator_validation").read()
     window = fit.surrogate.window
@@ -208,6 +209,7 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     assert len(list(tmp_path.glob("*.pt"))) == 2
 
 
+@pytest.mark.extended
 def test_trajectories_beyond_the_range_reach_the_fit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

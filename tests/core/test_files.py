@@ -48,6 +48,7 @@ time.sleep(60)
 """
 
 
+@pytest.mark.extended
 def test_nothing_is_left_where_a_program_is_ended(tmp_path: Path) -> None:
     path = tmp_path / "a.bin"
     write_whole(path, b"old")

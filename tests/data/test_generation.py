@@ -105,6 +105,7 @@ def test_process_pool_generates_every_trajectory_once(tmp_path: Path) -> None:
     assert_complete(SMALL, tmp_path / "s")
 
 
+@pytest.mark.extended
 def test_more_trajectories_leave_the_first_ones(tmp_path: Path) -> None:
     """Those of the error estimator too, in range or not."""
     path = tmp_path / "s"

@@ -98,6 +98,7 @@ def test_values_of_parameters_are_drawn_in_their_ranges(tmp_path: Path) -> None:
     assert [dict(one.own)["m"] for one in loop.typical_partners()] == pytest.approx([1, 10, 100])
 
 
+@pytest.mark.extended
 def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:
     loop = {**body(tmp_path), "ranges": {"m": [4.0, 9.0], "d": [20.0, 90.0]}}
     case = case_of(recipe_of(loop=loop, substeps=2))

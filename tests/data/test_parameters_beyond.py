@@ -110,6 +110,7 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
     assert "no such gain" in remark
 
 
+@pytest.mark.extended
 def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -> None:
     recipe = parsed(lag(tmp_path, 3.0, "beyond = 0.2"))
     generate(case_of(recipe), tmp_path / "run" / "store", None, silent)

@@ -20,6 +20,7 @@ SINGLE = 1e-5
 """Features are rounded to float32, and the network runs in it for some hundred steps."""
 
 
+@pytest.mark.extended
 def test_released_robot_gives_the_same_with_the_chain_of_its_urdf() -> None:
     """So its measured error is that of the URDF too."""
     values = load_recipe(REPOSITORY / "training" / "robot_6r.toml").model_dump()

@@ -94,6 +94,7 @@ def test_crash_while_the_window_is_sized_is_named(
     assert_named(invoke(command, recipe, "--runs", tmp_path), "trap.fmu")
 
 
+@pytest.mark.extended
 def test_crash_in_a_worker_that_makes_data_is_named(trap: Path, tmp_path: Path) -> None:
     recipe = parse_open_recipe(recipe_text(trap, HIGH), "recipe").guess
     with (

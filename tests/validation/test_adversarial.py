@@ -53,6 +53,7 @@ def attacks() -> list[Attack]:
     return attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
 
 
+@pytest.mark.extended
 def test_search_makes_errors_larger_relative_to_their_bounds(attacks: list[Attack]) -> None:
     assert all(found.after > found.before > 0 for found in attacks)
 

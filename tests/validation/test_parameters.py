@@ -64,6 +64,7 @@ def found(fit: Fit, tmp_path_factory: pytest.TempPathFactory) -> Validation:
     return validate(fmu, fit.surrogate, case_of(RECIPE), task, silent)
 
 
+@pytest.mark.extended
 @needs_app("credentials")
 def test_experiment_has_the_start_values_of_parameters(fit: Fit, tmp_path: Path) -> None:
     from slide_fmu.apps.credentials.make_experiment import make_experiment

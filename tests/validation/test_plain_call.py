@@ -211,6 +211,7 @@ def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None
     assert float(late[1]) == pytest.approx(100 * found.outputs[0].smooth_if_held, rel=0.3)
 
 
+@pytest.mark.extended
 def test_figures_come_first_in_report_and_card(case: Case) -> None:
     _, validation, found = case
     (section,) = plain_call_sections(found)

@@ -79,6 +79,7 @@ def test_seed_decides_what_a_network_begins_with(fit: Any) -> None:
     assert not np.allclose(first, other)
 
 
+@pytest.mark.extended
 def test_paper_network_has_two_layers_of_100_units() -> None:
     learnt = fit_paper_network(lesson(cubic), Budget(1), silent)
     n_in, n_out = WINDOW.n_in, WINDOW.n_out

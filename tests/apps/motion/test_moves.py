@@ -89,6 +89,7 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
     assert all(cost_of(problem, settled, other) > mine for other in found.baselines)
 
 
+@pytest.mark.extended
 def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line(of_robot: Found) -> None:
     problem = robot_problem()
     own, line = of_robot, earliest(replace(problem, straight=True))
@@ -103,6 +104,7 @@ def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line(of_robot:
     assert np.abs(streamed(problem, own.move)[own.move.end :]).max() <= problem.tolerance
 
 
+@pytest.mark.extended
 def test_a_joint_that_need_not_move_stays() -> None:
     problem = robot_problem()
     goal = np.where(np.arange(6) == 3, problem.start, problem.goal)

@@ -63,6 +63,7 @@ def test_dropped_fmu_is_shown_as_on_its_own_page(
     assert chromium.complaints() == []
 
 
+@pytest.mark.extended
 def test_dropped_fmu_of_fmi_3_without_a_trajectory_is_shown(
     chromium: Browser, page: Path, tmp_path: Path
 ) -> None:

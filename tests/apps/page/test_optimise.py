@@ -97,6 +97,7 @@ def test_moves_that_leave_the_domain_are_no_answer_so_slower_ones_are_tried(
     assert "all begin with 1.5 times the shortest time" in doubt
 
 
+@pytest.mark.extended
 def test_tolerance_below_the_margin_at_rest_is_refused(chromium: Browser, page: Path) -> None:
     chromium.open(page, "#inputs=90")
     _click(chromium, "way-moves")

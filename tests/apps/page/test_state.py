@@ -58,6 +58,7 @@ def test_copied_link_shows_the_same(chromium: Browser, page: Path) -> None:
     assert chromium.complaints() == []
 
 
+@pytest.mark.extended
 def test_link_opens_the_stored_trajectory_at_its_time(chromium: Browser, page: Path) -> None:
     chromium.open(page, "#way=stored&time=1.5")
     assert chromium.evaluate("document.body.dataset.way") == "stored"

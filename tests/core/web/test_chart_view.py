@@ -87,6 +87,7 @@ def test_pointer_reads_the_values_of_all_panels_at_its_place(shown: Browser) -> 
     assert texts == ["9.00 m", "3.00 m"]
 
 
+@pytest.mark.extended
 def test_loop_has_no_value_at_a_place_of_its_axis(shown: Browser) -> None:
     (place,) = _places(shown, 3, 0.5)
     _mouse(shown, "mouseMoved", place, 0)

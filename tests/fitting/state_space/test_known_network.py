@@ -43,6 +43,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> StateSpace:
     return fit(fixed, NONLINEAR, iterations=20).network
 
 
+@pytest.mark.extended
 def test_start_answers_as_the_known_network_for_every_parameter(
     tmp_path: Path, known: StateSpace
 ) -> None:

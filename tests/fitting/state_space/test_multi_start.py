@@ -191,6 +191,7 @@ def linear_of(problem: Problem, network: dict[str, Any]) -> tuple[list[bool], fl
     return [segments is data.part for segments in fitted], error
 
 
+@pytest.mark.extended
 def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

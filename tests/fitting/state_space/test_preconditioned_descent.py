@@ -84,6 +84,7 @@ def test_descent_learns() -> None:
     assert last.round == 6
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("shape", [READ, TURNED])
 def test_gated_cells_learn_too(shape: CellShape) -> None:
     training, held_out = taught_segments(shape, 1, 40), taught_segments(shape, 2, 10)

@@ -121,6 +121,7 @@ def test_search_stays_within_what_impulse_responses_show(
     assert len(fit(problem, {"hidden": 0}).network.cell.a) in states
 
 
+@pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 def test_noise_that_only_the_validation_has_is_not_answered_with_more_units(
     tmp_path: Path,
@@ -133,6 +134,7 @@ def test_noise_that_only_the_validation_has_is_not_answered_with_more_units(
     assert found.error > sizes.GOOD
 
 
+@pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize("network", first([{"order": 2}, {"hidden": 0}, {"units": "auto"}]))
 def test_table_of_a_fit_has_the_sizes_of_its_network(

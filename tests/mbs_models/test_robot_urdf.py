@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from slide_fmu.core.measures import rms
 from slide_fmu.features.chain_motion import ChainMotion

@@ -440,8 +440,9 @@ class Surrogate:
     ) -> NDArray[np.bool_]:
         """Return at which samples nothing says that outputs may be wrong: (N, n_inputs) to (N,).
 
-        There every 95 % bound is at most its tolerance, the sample is in the domain
-        (``in_domain``), and outputs lie in their ranges where these are known.
+        There the bound has seen as many inputs as it needs (``bound.filling_length``), every 95 %
+        bound is at most its tolerance, the sample is in the domain (``in_domain``), and outputs
+        lie in their ranges where these are known.
 
         Args:
             inputs: as for ``trust``.
@@ -483,6 +484,7 @@ class Surrogate:
             return bounds, inside
         if self.output_ranges is not None:
             inside = inside & self.outputs_in_range(self.output_scaling.invert(predicted[0]))
+        inside[: self._required_bound().filling_length - 1] = False  # the past is not known
         return bounds, np.asarray(inside & np.all(bounds <= allowed, axis=1))
 
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:

@@ -19,6 +19,8 @@ from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.libraries import build_libraries
 
 SHAPE = Shape(n_in=6, n_out=2, n_outputs=2, cell=CellShape())
+COUNT = 120
+"""Samples; the past is known from the 50th on."""
 
 
 def told(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
@@ -35,12 +37,12 @@ def told(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
 
 @pytest.fixture
 def inputs() -> FloatArray:
-    return np.random.default_rng(0).uniform(-1, 2, (40, 1))
+    return np.random.default_rng(0).uniform(-1, 2, (COUNT, 1))
 
 
 @pytest.fixture
 def bounded(inputs: FloatArray) -> Surrogate:
-    """Half of the samples are in its domain."""
+    """Half of the samples are in its domain, and the past of most is known."""
     surrogate = with_tolerances(bounded_surrogate(SHAPE), 1.65)
     assert surrogate.bound is not None
     middle = np.median(surrogate.trust(inputs).novelty) ** 2
@@ -54,7 +56,7 @@ def test_library_that_says_the_same_has_no_problem(bounded: Surrogate, inputs: F
     native["y1_error_bound"][:5] *= 3
     native["novelty"] = native["novelty"] * (1 + 0.9 * NOVELTY_TOLERANCE)
     assert list(bound_problems(bounded, native, inputs)) == []
-    assert 0 < native["trusted"].sum() < native["in_domain"].sum() < 40
+    assert 0 < native["trusted"].sum() < native["in_domain"].sum() < COUNT
     assert list(bound_problems(random_surrogate(SHAPE), {}, inputs)) == []
 
 

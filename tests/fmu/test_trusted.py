@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -50,6 +51,12 @@ def inputs_of(surrogate: Surrogate) -> FloatArray:
     return surrogate.input_scaling.invert(scaled)
 
 
+def filled(surrogate: Surrogate) -> NDArray[np.bool_]:
+    """At which samples the bound has seen as much as it needs, (COUNT,)."""
+    assert surrogate.bound is not None
+    return np.arange(1, COUNT + 1) >= surrogate.bound.filling_length
+
+
 def flags(native: Native | Native3, surrogate: Surrogate, inputs: FloatArray) -> FloatArray:
     """The flag after every step, (N,)."""
     place = places(surrogate, "TRUSTED", 3 if isinstance(native, Native3) else 2)
@@ -69,7 +76,7 @@ def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
     expected = surrogate.trusted(inputs)
     assert 0.1 < expected.mean() < 0.9
     bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
-    joined = inside & (bounds <= surrogate.error_tolerances).all(axis=1)
+    joined = inside & (bounds <= surrogate.error_tolerances).all(axis=1) & filled(surrogate)
     within_ranges = np.ones(COUNT, dtype=bool)
     if ranges:
         within_ranges = surrogate.outputs_in_range(surrogate.predict_newest(inputs))
@@ -106,6 +113,24 @@ def test_bounds_with_floors_are_those_of_numpy_for_every_confidence(load: Load, 
             np.testing.assert_allclose(native.get(first, count), bounds[k], rtol=1e-4)
 
 
+@pytest.mark.parametrize("name", ["plain", "gated", "span"])
+def test_flag_waits_until_the_past_is_known(load: Load, name: str) -> None:
+    surrogate = tolerant(name, ranges=False)
+    bound = surrogate.bound
+    assert bound is not None
+    assert bound.filling_length > 5
+    free = dataclasses.replace(bound, limits=1e9 * bound.limits, tolerances=np.full(2, 1e9))
+    surrogate = dataclasses.replace(surrogate, bound=free)
+    inputs = np.repeat(surrogate.input_scaling.invert(np.zeros((1, 2))), COUNT, axis=0)
+    loaded = load(surrogate)
+    first = flags(loaded.instance().start(), surrogate, inputs)
+    assert np.array_equal(first, filled(surrogate))
+    known = loaded.instance()
+    assert known.set(*inputs[0], first=places(surrogate, "INITIAL_INPUT")[0]) == OK
+    assert known.set(1.0, first=places(surrogate, "PREHISTORY_KNOWN")[0]) == OK
+    assert flags(known.start(), surrogate, inputs).all()
+
+
 @pytest.mark.parametrize("name", ["plain", "judged", "span"])
 def test_reading_the_flag_leaves_what_else_is_read(load: Load, name: str) -> None:
     surrogate = tolerant(name)
@@ -126,9 +151,13 @@ def test_flag_follows_tolerances_that_are_set_between_steps_and_no_confidence(lo
     native, first = loaded.instance().start(), places(surrogate, "ERROR_TOLERANCE")[0]
     trusted, confidence = (places(surrogate, key)[0] for key in ("TRUSTED", "CONFIDENCE"))
     assert native.get(first, 2) == surrogate.error_tolerances.tolist()
-    inputs = inputs_of(surrogate)
-    for k, row in enumerate(inputs[:50]):
+    assert surrogate.bound is not None
+    inputs, begin = inputs_of(surrogate), surrogate.bound.filling_length - 1
+    for k, row in enumerate(inputs[: begin + 50]):
         native.step(*row)
+        if k < begin:  # the past is not known
+            assert native.get(trusted) == [False]
+            continue
         bounds = surrogate.error_bounds(inputs[: k + 1])[-1]
         inside = surrogate.in_domain(inputs[: k + 1])[-1]
         for tolerances in (1.01 * bounds, 0.99 * bounds, bounds * [1.01, 0.99]):

@@ -23,7 +23,7 @@ from slide_fmu.apps.couple.initialization import initialized, instance_of
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
-from slide_fmu.apps.couple.remarks import TRUSTED, remarks_on
+from slide_fmu.apps.couple.remarks import FILLED, TRUSTED, remarks_on
 from slide_fmu.apps.couple.result import Coupled, CoupledFigures
 from slide_fmu.apps.couple.structure import (
     CoupledSystem,
@@ -218,7 +218,7 @@ def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[
     judged = is_ours(system.descriptions[name]) and TRUSTED in system.names(
         name, "output", flags=True
     )
-    return list(dict.fromkeys([*found, *([TRUSTED] if judged else [])]))
+    return list(dict.fromkeys([*found, *((TRUSTED, FILLED) if judged else ())]))
 
 
 def _values(

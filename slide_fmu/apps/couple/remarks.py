@@ -17,7 +17,10 @@ BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""
 
 TRUSTED = "trusted"
-"""Flag of a surrogate with an error bound."""
+"""Flag of a surrogate with an error bound. It is false until ``FILLED`` is 1."""
+
+FILLED = "error_bound_filled"
+"""Part of the past that the surrogate needs to judge, and knows."""
 
 OFTEN = 0.05
 """Share of the communication points from which on a flag gets a remark: usually, 4 % are false
@@ -118,12 +121,22 @@ def _on_range(
 
 
 def _on_flags(components: Sequence[Component], run: Taken) -> Iterator[str]:
-    """Say how often surrogates are not trusted."""
+    """Say how often surrogates are not trusted, once they know their past."""
     names = [(one.name, variable) for one in components for variable in one.watched]
-    for (name, variable), values in zip(names, run.watched.T, strict=True):
-        share = float(np.mean(values[1:] == 0))
-        if variable == TRUSTED and share > OFTEN:
+    values = dict(zip(names, run.watched.T, strict=True))
+    for name in dict.fromkeys(name for name, variable in names if variable == TRUSTED):
+        trusted = values[name, TRUSTED][values[name, FILLED] >= 1]
+        share = float(np.mean(trusted == 0)) if len(trusted) else 0.0
+        if not len(trusted):
             yield (
-                f"{name}.{TRUSTED} is false at {percent(share)} of the communication points: "
-                f"results may be wrong there; record {name}.{TRUSTED} to see where"
+                f"{name}.{FILLED} is {values[name, FILLED][-1]:.2g} at the end: the surrogate "
+                f"does not know enough of its past, so {name}.{TRUSTED} is false throughout; take "
+                f"a longer stop, or parameters {name}.prehistory_known = 1 and "
+                f"{name}.initial_INPUT where the machine rests before"
+            )
+        elif share > OFTEN:
+            yield (
+                f"{name}.{TRUSTED} is false at {percent(share)} of the communication points at "
+                f"which {name}.{FILLED} is 1: results may be wrong there; record {name}.{TRUSTED} "
+                "to see where"
             )

@@ -386,8 +386,8 @@ KINDS: tuple[VariableKind, ...] = (
         "TRUSTED",
         TRUSTED,
         "It is false when this step may be wrong: a 95 % error bound exceeds its tolerance "
-        "(whatever confidence is), or in_domain or a range is false. It counts once "
-        "error_bound_filled is 1, and costs time only when it is read.",
+        "(whatever confidence is), in_domain or a range is false, or error_bound_filled is below "
+        "1. It costs time only when it is read.",
         "output",
         "discrete",
         type="Boolean",

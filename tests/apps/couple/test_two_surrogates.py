@@ -62,3 +62,20 @@ def test_input_that_leaves_its_range_is_remarked(tmp_path: Path) -> None:
     assert remark.startswith("osc.force leaves its range -1000 .. 1000 at 0.03 s, and reaches 1.")
     near = slide.couple(fmus, links, step=0.03, stop=0.3, inputs={"gain.u": lambda t: 1e3 * t})
     assert not [one for one in near.figures.remarks if "leaves its range" in one]
+
+
+def test_surrogate_that_does_not_know_its_past_or_is_not_trusted_is_remarked(
+    tmp_path: Path,
+) -> None:
+    links, fmus = [("gain.y", "osc.force")], {"gain": write_gain(tmp_path), "osc": DUFFING}
+    short = slide.couple(fmus, links, step=0.03, stop=0.3)
+    (remark,) = [one for one in short.figures.remarks if "osc" in one]
+    assert remark.startswith("osc.error_bound_filled is 0.0")
+    known = {"osc.prehistory_known": 1.0}
+    for stop, parameters in ((0.3, known), (6.0, {})):
+        run = slide.couple(fmus, links, step=0.03, stop=stop, parameters=parameters)
+        assert not [one for one in run.figures.remarks if "osc" in one]
+    strict = {**known, "osc.position_error_tolerance": 0.0}
+    run = slide.couple(fmus, links, step=0.03, stop=0.3, parameters=strict)
+    (remark,) = [one for one in run.figures.remarks if "osc" in one]
+    assert remark.startswith("osc.trusted is false at 100 % of the communication points at which")

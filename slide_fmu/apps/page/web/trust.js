@@ -21,20 +21,20 @@ export function verdictOf(flags) {
       text: `${bounded ? "The inputs are unlike those of the calibration: do not rely on the error bound." : "An input left the range of the training."}${novelty}`,
     };
   }
-  if (tolerant && flags.trusted !== 1) {
-    return {
-      state: "bad",
-      sign: "▲",
-      title: "may be wrong",
-      text: `An error bound exceeds its tolerance, or an output left the range of the training.${novelty}`,
-    };
-  }
   if (filled < 1) {
     return {
       state: "wait",
       sign: "○",
       title: `${part(filled)} of the past is known`,
       text: `Until then, the first input counts as held for ever before.${novelty}`,
+    };
+  }
+  if (tolerant && flags.trusted !== 1) {
+    return {
+      state: "bad",
+      sign: "▲",
+      title: "may be wrong",
+      text: `An error bound exceeds its tolerance, or an output left the range of the training.${novelty}`,
     };
   }
   return {

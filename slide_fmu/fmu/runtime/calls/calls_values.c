@@ -96,9 +96,10 @@ static double error_bound(const SlideModel *model, const SlideState *state, size
            model->output_scaling[output].scale;
 }
 
-/* Are inputs and outputs known, and are the errors within their tolerances by the usual bound? */
+/* Are the past, the inputs and the outputs known, and are the errors within their tolerances by the
+ * usual bound? */
 static bool trusted(const SlideModel *model, const SlideState *state) {
-    if (!in_domain(model, state) ||
+    if (part_judged(model, state, model->bound.filling_length) < 1 || !in_domain(model, state) ||
         (model->has_output_ranges && !outputs_in_range(model, state))) {
         return false;
     }

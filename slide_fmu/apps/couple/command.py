@@ -127,6 +127,8 @@ def couple(
             checked = coupled_system(found.fmus, found.connections, values, courses)
         except FmuError as found_wrong:  # users know the place in the SSP
             raise FmuError(str(found_wrong).replace(unpacked, str(system))) from None
+        except ValueError as found_wrong:
+            raise ValueError(f"{system}: {found_wrong}") from None
         require_units(checked, found.units)
         end = stop if stop is not None else found.stop
         if end is None:

@@ -40,6 +40,10 @@ Nodes = Sequence[tuple[float, float]]
 WHOLE_STEP: Nodes = ((1.0, 1.0),)
 
 
+class LostError(CoSimulationError):
+    """A LostError tells that a call ended with a fatal error, after which no call is allowed."""
+
+
 class StepOutputs(NamedTuple):
     """Means of outputs over a step and outputs at its end, (n_outputs,), and their derivatives by
     the linked inputs, (n_outputs, n_linked)."""
@@ -99,6 +103,7 @@ class Component:
         if self.ours and given and all(map(is_trained, self._read)):
             self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
+        self._given: list[float] = []
 
     def has_slopes(self, length: float) -> bool:
         """Return whether the FMU knows its derivatives over a step of a length in s.
@@ -159,7 +164,8 @@ class Component:
             at = parts[0]
         known = [course(place) for _, course in self.courses]
         linked = now if at == 1.0 else before + at * (now - before)
-        self.slave.set_real(self._set, [*linked.tolist(), *known])
+        self._given = linked.tolist()
+        self.slave.set_real(self._set, [*self._given, *known])
         if self.inputs == "sloped":
             rates = [*((now - before) / length).tolist()]
             ends = [course(begin + piece) for _, course in self.courses]
@@ -173,12 +179,12 @@ class Component:
         except CoSimulationError as error:
             values = ", ".join(
                 f"{name} = {value:.6g}"
-                for name, value in zip(self.linked, self.slave.get_real(self._linked), strict=True)
+                for name, value in zip(self.linked, self._given, strict=True)
             )
-            raise CoSimulationError(
+            raise type(error)(
                 f"{error}, in the step of {piece:g} s from {begin:.9g} s under "
                 f"{values or 'no linked inputs'}; expected it to be taken: see whether inputs are "
-                "in range; where they grow, choose a shorter step or an implicit method"
+                "in range; where they grow, choose a shorter step or the method newton"
             ) from error
         if ended is not None and (ended[1] or ended[2]):  # FMI 3.0: it terminates, or stops early
             raise CoSimulationError(
@@ -196,8 +202,9 @@ class Component:
         if not all(map(math.isfinite, values)):
             name = self.outputs[int(np.argmin(np.isfinite(values)))]
             raise CoSimulationError(
-                f"component {self.name!r}: {name} is not finite; expected a number: the coupling "
-                "is unstable at this step, choose a shorter one or an implicit method"
+                f"component {self.name!r}: {name} is not finite; expected a number: either the "
+                "coupling is unstable at this step, and a shorter one or the method newton may "
+                "help, or the FMU itself fails, which it does alone too"
             )
         return np.array(values, dtype=np.float64)
 

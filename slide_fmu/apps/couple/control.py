@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slide_fmu.apps.couple.component import LostError
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
@@ -49,6 +50,7 @@ class Control:
         error: largest allowed error of a step, as a part of the size of a linked input.
         step, stop: longest step and end time in s.
         most: a step is halved at most this number of times.
+        limit: name of the component whose steps of one length set this number; empty if none does.
     """
 
     kind: str | None
@@ -56,6 +58,7 @@ class Control:
     step: float
     stop: float
     most: int = MOST_HALVINGS
+    limit: str = ""
 
 
 def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> Taken:
@@ -83,9 +86,15 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
         if solution is None:
             rejected, halvings = rejected + 1, halvings + 1
             if halvings > control.most:
+                remedy = "choose a shorter step"
+                if control.limit:
+                    remedy = (
+                        f"make the FMU of {control.limit!r} with a shorter step, since it takes "
+                        "no shorter one than now"
+                    )
                 raise CoSimulationError(
                     f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; "
-                    f"expected at most {control.error:g}: allow more, or choose a shorter step"
+                    f"expected at most {control.error:g}: allow more, or {remedy}"
                 )
             continue
         place += width
@@ -148,6 +157,8 @@ def _tried(
     try:
         try:
             taken, error = _taken(loop, method, control, when, states)
+        except LostError:
+            raise
         except CoSimulationError:  # without an end, or an FMU refuses it
             if length <= control.step / (1 << control.most):
                 raise
@@ -172,9 +183,9 @@ def _taken(
     time, length = when
     first = method.step(loop, time, length)
     if control.kind == "predictor" and loop.solved:
+        _accept(loop, method, first, when)  # inputs that rested so far get their sizes here
         # the shorter the step, the less does it count for states
         error = loop.difference_of(first.inputs, first.guess) * length / control.step
-        _accept(loop, method, first, when)
         return [first], error
     loop.restore(states)
     taken, half = [], 0.5 * length
@@ -188,7 +199,7 @@ def _taken(
 def _accept(loop: Loop, method: Method, found: Solution, when: tuple[float, float]) -> None:
     """Go on to the end of a step that was found; its time and length are in s."""
     time, length = when
-    end = None if isinstance(method, Explicit) else time + length
+    end = time + length if method.settles else None
     loop.accept(found.stepped, found.inputs, found.given, length, end)
 
 

@@ -118,8 +118,8 @@ def run_coupled(
         loop, remarks = initialized(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
-        most = min(MOST_HALVINGS, *_halvings(system, options))
-        control = Control(options.control, options.error, options.step, options.stop, most)
+        most, limit = min(_halvings(system, options))
+        control = Control(options.control, options.error, options.step, options.stop, most, limit)
         run = run_steps(loop, method, control, progress)
         seconds = clock.perf_counter() - began
         for one in components:
@@ -173,14 +173,15 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
             )
 
 
-def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[int]:
-    """Return how often a step can be halved for each FMU, if it takes steps of one length.
+def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[tuple[int, str]]:
+    """Return how often a step can be halved for each FMU with steps of one length, by its name.
 
-    The shortest step is tried by two halves too.
+    The shortest step is tried by two halves too. Without such FMUs a limit without a name counts.
     """
-    steps = (fixed_step(description) for description in system.descriptions.values())
-    counts = (round(options.step / own) for own in steps if own is not None)
-    return [MOST_HALVINGS, *((count & -count).bit_length() - 2 for count in counts)]
+    steps = {name: fixed_step(one) for name, one in system.descriptions.items()}
+    counts = {name: round(options.step / own) for name, own in steps.items() if own is not None}
+    halvings = [((count & -count).bit_length() - 2, name) for name, count in counts.items()]
+    return [(MOST_HALVINGS, ""), *halvings]
 
 
 def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,23 +23,40 @@ MIDDLE: Nodes = ((0.5, 1.0), (1.0, 0.0))
 def require_no_loop(
     system: CoupledSystem, components: Sequence[Component], options: CouplingOptions
 ) -> None:
-    """Refuse a circle of components with direct feedthrough, if the method is explicit."""
-    if options.method in IMPLICIT:
-        return
+    """Refuse a circle of components with direct feedthrough that no method can solve.
+
+    Explicit methods solve none, and implicit ones need components that can go back.
+    """
     through = {one.name for one in components if one.feeds_through and one.inputs == "held"}
     after: dict[str, set[str]] = {name: set() for name in through}
     for link in system.links:
         if {link.source.component, link.target.component} <= through:
             after[link.source.component].add(link.target.component)
-    while leaves := [n for n, following in after.items() if not following & after.keys()]:
-        for name in leaves:
-            del after[name]
-    if after:
+    circle = [name for name in after if name in _reached(after, name)]
+    if options.method not in IMPLICIT and circle:
         raise CoSimulationError(
-            f"method {options.method!r}: outputs of {sorted(after)} depend on their inputs at the "
-            "same time, in a circle; expected no such algebraic loop: choose method 'newton', or "
-            "cut the system where an output is a state, such as a displacement"
+            f"method {options.method!r}: outputs of {sorted(circle)} depend on their inputs at "
+            "the same time, in a circle; expected no such algebraic loop: choose method 'newton', "
+            "or cut the system where an output is a state, such as a displacement"
         )
+    once = [one.name for one in components if one.name in circle and not one.rolls_back]
+    if once:
+        raise CoSimulationError(
+            f"outputs of {sorted(circle)} depend on their inputs at the same time, in a circle; "
+            f"expected FMUs that can go back to a former state, which {once} cannot "
+            "(canGetAndSetFMUstate): export them so that they can, or cut the system where an "
+            "output is a state, such as a displacement"
+        )
+
+
+def _reached(after: Mapping[str, set[str]], name: str) -> set[str]:
+    """Return all that is reached from a name, which counts itself in a circle alone."""
+    found: set[str] = set()
+    new = set(after[name])
+    while new:
+        found |= new
+        new = set().union(*(after[one] for one in new)) - found
+    return found
 
 
 def mixed(
@@ -77,7 +94,9 @@ def mixed(
             mix.end[i] = 1.0
             remarks.append(
                 f"{link.target} is held at the value of {link.source} at the end of each step, "
-                f"since {source.name} takes no shorter steps: motions are damped more"
+                f"since {source.name} takes no shorter steps: motions are damped more, and errors "
+                "may be many times larger; make this FMU with a shorter step, or take twice its "
+                "step or more"
             )
     remarks += [
         f"{one.name} takes part explicitly, since its FMU cannot go back to a former state "

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.component import Component, range_of
+from slide_fmu.apps.couple.component import Component, LostError, range_of
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
@@ -17,6 +17,10 @@ PART = 1e-3
 
 APART, FAR_APART = 16.0, 256.0
 """A step is divided by these numbers to see whether outputs follow inputs at once."""
+
+UNLIKE, CLOSE = 0.01, 1e-9
+"""Two steps from one state differ where their ends are apart by more than this part of the motion,
+and of the values: solvers may choose their own steps anew."""
 
 AT_ONCE = 0.7
 """Outputs follow inputs at once where this part of their change is left in the shorter step: a
@@ -45,6 +49,52 @@ def try_whether_it_follows(
     found = _in_steps(one, 0.0, values, _changes(system, one, values), step)
     one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
     one.follows = one.follows or bool(found.any())
+
+
+def require_true_states(
+    system: CoupledSystem, one: Component, values: FloatArray, step: float
+) -> None:
+    """Refuse an FMU that does not go back to a former state, although it says that it can.
+
+    A step is taken twice from one state, under moved inputs. FMUs of slide-fmu are not tried.
+
+    Raises:
+        CoSimulationError: an output differs at the ends of both steps.
+    """
+    names = system.names(one.name, "output")  # links or not: the result has them
+    if not one.rolls_back or one.ours or not names:
+        return
+    references = [system.variable(Pin(one.name, name)).valueReference for name in names]
+    changes, length = _changes(system, one, values), one.own_step or step
+    inputs = [*one.linked, *_names_of_courses(system, one)]
+    state = one.slave.get_state()
+    begin, ends = np.array(one.slave.get_real(references)), []
+    try:
+        for _ in range(2):
+            one.set_all(values, 0.0, 0 if inputs else None, changes)
+            one.slave.calls.doStep(0.0, length, False)
+            ends.append(np.array(one.slave.get_real(references)))
+            one.slave.set_state(state)
+    except LostError:
+        raise
+    except CoSimulationError:  # such a step is refused here, which says nothing about states
+        one.slave.set_state(state)
+        return
+    finally:
+        one.slave.free_state(state)
+    first, second = ends
+    moved = np.maximum(np.abs(first - begin), np.abs(second - begin))
+    apart = np.abs(first - second)
+    wrong = apart > np.maximum(UNLIKE * moved, CLOSE * np.maximum(np.abs(first), np.abs(second)))
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        raise CoSimulationError(
+            f"component {one.name!r}: {names[k]} is {first[k]:.6g} after a step, and "
+            f"{second[k]:.6g} when its FMU goes back and takes the same step again; expected "
+            "equal values: its states leave something out, although canGetAndSetFMUstate is true. "
+            "Let its tool save all of its state (PythonFMU: overwrite _get_fmu_state and "
+            "_set_fmu_state), or couple explicitly without control"
+        )
 
 
 def _names_of_courses(system: CoupledSystem, one: Component) -> set[str]:
@@ -126,6 +176,8 @@ def _in_steps(
             pairs = zip(lengths, first, strict=True)
             late, soon = (np.abs(read(length, index) - base) for length, base in pairs)
             found.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
+    except LostError:
+        raise
     except CoSimulationError:
         found = [False] * len(changes)
     finally:

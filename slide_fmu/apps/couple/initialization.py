@@ -7,28 +7,36 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
+import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.apps.couple.agreement import agreed
-from slide_fmu.apps.couple.component import Component, is_ours, range_of
+from slide_fmu.apps.couple.component import Component, LostError, is_ours, range_of
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
-from slide_fmu.apps.couple.feedthrough import ask_whether_it_follows, try_whether_it_follows
+from slide_fmu.apps.couple.feedthrough import (
+    ask_whether_it_follows,
+    require_true_states,
+    try_whether_it_follows,
+)
 from slide_fmu.apps.couple.loop import Loop
-from slide_fmu.apps.couple.options import CouplingOptions
+from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.importer import ImportedSlave, open_slave
 from slide_fmu.cosim.run import CoSimulationError, unpacked
 from slide_fmu.fmu.export import read_fmu
 
-ROUNDING = 2e-6
-"""Rounding of single precision, as a part of the range of an output."""
+ROUNDING, DOUBLE = 2e-6, 1e-15
+"""Rounding of single and double precision, as parts of the range of an output."""
 
 SMALL_PART = 1e-6
 """Linked inputs that differ by less than this part of their declared range, times the tolerance,
 agree, however little they have moved so far. Other tools may declare anything; the ranges of a
 surrogate are those of its training, and count in full."""
+
+FATAL = 4
+"""Status of a call after which an FMU is lost."""
 
 SWEEPS = 10
 """Largest number of exchanges in which the first values of a circle of links are found."""
@@ -47,22 +55,39 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
         try:
             slave = stack.enter_context(open_slave(fmu.folder, fmu.description, name, messages))
         except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
-            reason = "; ".join([str(error), *messages])
-            raise CoSimulationError(f"component {name!r}: {reason}") from error
+            reason = "; ".join([str(error).rstrip("."), *messages])
+            raise CoSimulationError(
+                f"component {name!r}: {reason}; expected a library for this platform "
+                f"({fmpy.platform}) that makes an instance: run this FMU alone, since it may tell "
+                "more on the terminal"
+            ) from error
+        fatal: list[FMICallException] = []
         for key, call in inspect.getmembers(slave.calls, inspect.ismethod):
-            setattr(slave.calls, key, _named(name, call, messages))
+            setattr(slave.calls, key, _named(name, call, messages, fatal))
         yield ImportedSlave(slave.calls)
 
 
-def _named(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
-    """Return a call of a component that names it, and its messages, where it is refused."""
+def _named(
+    name: str, call: Callable[..., Any], messages: list[str], fatal: list[FMICallException]
+) -> Callable[..., Any]:
+    """Return a call of a component that names it, and its messages, where it is refused.
+
+    After a fatal error no call is allowed any more (FMI 2.0.5, section 2.1.3): none is made.
+    """
 
     def named(*arguments: Any, **by_name: Any) -> Any:
+        if fatal:
+            return None
         try:
             return call(*arguments, **by_name)
         except FMICallException as error:
-            reason = "; ".join(messages) or f"{error}, without a reason: run this FMU alone"
-            raise CoSimulationError(f"component {name!r} refuses a call: {reason}") from error
+            kind = CoSimulationError
+            if error.status == FATAL:
+                kind = LostError
+                fatal.append(error)
+            refused = f"{str(error).rstrip('.')}, without a reason: run this FMU alone"
+            reason = "; ".join(messages) or refused
+            raise kind(f"component {name!r} refuses a call: {reason}") from error
 
     return named
 
@@ -86,6 +111,8 @@ def initialized(
     for one, place in zip(components, places, strict=True):
         one.begin(inputs[place], 0.0)
     for one, place in zip(components, places, strict=True):
+        if options.method in IMPLICIT or options.control is not None:
+            require_true_states(system, one, inputs[place], options.step)
         try_whether_it_follows(system, one, inputs[place], options.step)
     require_no_loop(system, components, options)
     outputs = np.concatenate([one.read() for one in components])
@@ -113,9 +140,12 @@ def initialized(
 
 
 def _rounding(system: CoupledSystem, source: Pin) -> float:
-    """Return what an output is exact to, in its unit: FMUs of slide-fmu have single precision."""
+    """Return what an output is exact to, in its unit: FMUs of slide-fmu have single precision.
+
+    At rest, differences of large numbers leave their rounding. FMI's default nominal value is 1.
+    """
     if not is_ours(system.descriptions[source.component]):
-        return 0.0
+        return DOUBLE * (range_of(system.variable(source)) or 1.0)
     surrogate, _ = read_fmu(system.paths[source.component])
     ranges = {signal.name: signal.high - signal.low for signal in surrogate.outputs}
     return ROUNDING * ranges.get(source.variable, 0.0)

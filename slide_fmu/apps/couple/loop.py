@@ -49,7 +49,7 @@ class Loop:
         mix: how linked inputs come from their sources in implicit steps; discrete outputs in all.
         sizes: size of each linked input, in its unit: its largest value so far, and at least some
             small part of its declared range.
-        rounding: what a linked input is exact to; FMUs of slide-fmu have single precision.
+        rounding: what a linked input is exact to, in its unit, (n_links,).
         outputs: all outputs at the present time, (n_outputs,).
         inputs: linked inputs at the present time, (n_links,).
         solved: linked inputs of the last steps, the last one first, each with its length in s.

@@ -38,7 +38,14 @@ class Solution(NamedTuple):
 
 
 class Method(ABC):
-    """A Method takes one step. Interface: never instantiated."""
+    """A Method takes one step. Interface: never instantiated.
+
+    Attributes:
+        settles: whether outputs that follow held inputs are read again at the end of a step, with
+            the inputs of that time; without it they belong to the middle of the step.
+    """
+
+    settles = True
 
     @abstractmethod
     def step(self, loop: Loop, time: float, length: float) -> Solution:
@@ -56,6 +63,7 @@ class Explicit(Method):
 
     def __init__(self, sequential: bool, linear: bool) -> None:
         self._sequential, self._linear = sequential, linear
+        self.settles = linear  # held values are those of other masters, to rounding
 
     def step(self, loop: Loop, time: float, length: float) -> Solution:
         """Take a step, in the order of the components."""
@@ -135,7 +143,8 @@ class Implicit(Method):
                 left = np.where(free, now - given, 0.0)
                 if number == 1:  # without a solution, later iterates grow beyond all bounds
                     largest = np.maximum(loop.motions_with(now), loop.motions_with(given))
-                size = np.minimum(loop.motions_with(now), largest)
+                moving = largest > loop.rounding  # others may rest until signals reach them
+                size = np.minimum(loop.motions_with(now), np.where(moving, largest, np.inf))
                 allowed = self._tolerance * size
                 if np.all(np.abs(left) <= np.maximum(allowed, loop.rounding)):
                     if number > SLOW:

@@ -24,6 +24,9 @@ NEEDED = {
 MOST_TOLERANCE = 0.01
 """Largest difference at which implicit steps may end, as a part of an input's motion."""
 
+MOST_STEPS = 1e8
+"""Largest number of steps of a run."""
+
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of an FMU's own step, or of the end of the run."""
 
@@ -51,6 +54,9 @@ class CouplingOptions:
             ValueError: an option is wrong, or it was given and has no effect.
         """
         given = {name: value for name, value in given.items() if value is not None}
+        for name in ("step", "stop"):
+            if name not in given:
+                raise ValueError(f"{name} = None; expected a time in s")
         options = cls(**given)
         for name, (other, choices) in NEEDED.items():
             if name in given and getattr(options, other) not in choices:
@@ -88,14 +94,25 @@ class CouplingOptions:
             )
         if not isinstance(self.iterations, int | np.integer) or self.iterations < 1:
             raise ValueError(f"iterations = {self.iterations!r}; expected a whole number above 0")
-        if isinstance(self.moving, str):
-            raise ValueError(f"moving = {self.moving!r}; expected a list of components")
-        count = self.stop / self.step
-        if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
-            raise ValueError(
-                f"stop = {self.stop:g} s is {count:.6g} steps of {self.step:g} s; expected a "
-                "whole number of steps: change one of them"
-            )
+        for name, what in (("moving", "components"), ("record", "COMPONENT.VARIABLE")):
+            if isinstance(given := getattr(self, name), str):
+                raise ValueError(f"{name} = {given!r}; expected a list of {what}")
+        _require_count(self.step, self.stop)
+
+
+def _require_count(step: float, stop: float) -> None:
+    """Refuse an end in s that is no whole number of steps in s, or of too many."""
+    count = stop / step
+    if count > MOST_STEPS:
+        raise ValueError(
+            f"step = {step:g} s takes {count:.3g} steps up to stop = {stop:g} s; expected at most "
+            f"{MOST_STEPS:g}: choose a longer step"
+        )
+    if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
+        raise ValueError(
+            f"stop = {stop:g} s is {count:.6g} steps of {step:g} s; expected a whole number of "
+            "steps: change one of them"
+        )
 
 
 def _require_one_of(name: str, value: str, choices: Sequence[str]) -> None:

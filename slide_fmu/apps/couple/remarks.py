@@ -33,6 +33,7 @@ def remarks_on(
     """Return remarks on a run that has ended, a sentence each."""
     return [
         *_on_open_inputs(system),
+        *_on_replaced_values(system),
         *_on_tables(system, options),
         *_on_short_steps(system, options, run),
         *([run.zigzag] if run.zigzag else []),
@@ -58,10 +59,29 @@ def _on_open_inputs(system: CoupledSystem) -> Iterator[str]:
             )
 
 
+def _on_replaced_values(system: CoupledSystem) -> Iterator[str]:
+    """Say which start values have no effect, since a connection or a table sets the input."""
+    sources = {link.target: str(link.source) for link in system.links}
+    sources |= dict.fromkeys(system.courses, "values over time")
+    for name, given in system.parameters.items():
+        for variable, value in given.items():
+            if (source := sources.get(Pin(name, variable))) is not None:
+                yield (
+                    f"{name}.{variable} = {value} has no effect, since {source} sets this input: "
+                    "leave one of them out"
+                )
+
+
 def _on_tables(system: CoupledSystem, options: CouplingOptions) -> Iterator[str]:
-    """Say which tables end before the run does."""
+    """Say which tables begin after the run does, or end before."""
     for pin, course in system.courses.items():
         if isinstance(course, ValueTable) and len(course.times) > 1:
+            first = float(course.times[0])
+            if first > 0.5 * options.step:
+                yield (
+                    f"values of {pin} begin at {first:g} s, and the run at 0 s: the first one is "
+                    "held before"
+                )
             last = float(course.times[-1])
             if last < options.stop - 0.5 * options.step:
                 yield (

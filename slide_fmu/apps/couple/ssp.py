@@ -77,8 +77,18 @@ def _read(
                 "components alone: move its components into the system"
             )
     fmus, parameters, units = {}, {}, {}
-    for component in system.findall(f"{SSD}Elements/{SSD}Component"):
-        name, source = str(component.get("name")), str(component.get("source"))
+    components = system.findall(f"{SSD}Elements/{SSD}Component")
+    if not components:
+        raise ValueError(
+            f"{path}: the system of {STRUCTURE} has no components; expected at least one FMU"
+        )
+    for component in components:
+        name, source = str(component.get("name") or ""), str(component.get("source"))
+        if not name.strip():
+            raise ValueError(
+                f"{path}: the component with the source {source!r} has no name; expected one: "
+                "give it the attribute name"
+            )
         source = posixpath.normpath(unquote(source))  # a URI, relative to the structure
         if component.get("type", FMU_KIND) != FMU_KIND or source not in archive.namelist():
             raise ValueError(
@@ -133,6 +143,12 @@ def _connection(path: Path, connection: ElementTree.Element) -> tuple[str, str]:
         raise ValueError(
             f"{path}: the connection {names[0]} to {names[1]} leads to a connector of the system; "
             "expected components alone: give inputs by --inputs, and remove it"
+        )
+    if None in (start[1], end[1]):
+        side = "startConnector" if start[1] is None else "endConnector"
+        raise ValueError(
+            f"{path}: the connection from {start[0]!r} to {end[0]!r} has no {side}; expected the "
+            "name of a variable: add it"
         )
     if len(connection):
         raise ValueError(

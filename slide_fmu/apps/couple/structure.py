@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import numbers
+import re
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
@@ -57,12 +60,13 @@ class ValueFunction:
         Raises:
             ValueError: it is not finite.
         """
-        value = float(self.given(time))
-        if not math.isfinite(value):
+        value = self.given(time)
+        single = isinstance(value, np.ndarray) and value.size == 1
+        if not (single or isinstance(value, numbers.Real)) or not math.isfinite(value):
             raise ValueError(
-                f"input {self.name!r} = {value} at {time:.9g} s; expected a finite number"
+                f"input {self.name!r} = {value!r} at {time:.9g} s; expected a finite number"
             )
-        return value
+        return float(value)
 
 
 class Pin(NamedTuple):
@@ -138,6 +142,18 @@ def coupled_system(
             f"fmus = {fmus!r}; expected at least one component, by name, such as "
             "{'car': 'car.fmu'}"
         )
+    if not isinstance(inputs, Mapping) or not isinstance(parameters, Mapping):
+        raise ValueError(
+            f"inputs = {inputs!r}, parameters = {parameters!r}; expected values by "
+            "'COMPONENT.VARIABLE' in a dict each"
+        )
+    if not isinstance(connections, Iterable) or isinstance(connections, str):
+        raise ValueError(
+            f"connections = {connections!r}; expected a list of pairs "
+            "('COMPONENT.OUTPUT', 'COMPONENT.INPUT')"
+        )
+    if nameless := [name for name in fmus if not isinstance(name, str) or not name.strip()]:
+        raise ValueError(f"component {nameless[0]!r}; expected a name for each FMU: give it one")
     paths = {name: Path(path) for name, path in fmus.items()}
     descriptions = {name: _description(name, path) for name, path in paths.items()}
     bare = CoupledSystem(paths, descriptions, ())
@@ -146,7 +162,7 @@ def coupled_system(
     _require_one_source(links, courses)
     _require_one_instance(bare)
     for link in links:
-        _require_equal_units(bare, link)
+        require_equal_units(bare, link)
     order = list(paths)
     links.sort(key=lambda link: order.index(link.target.component))
     values: dict[str, dict[str, Any]] = {name: {} for name in paths}
@@ -159,17 +175,23 @@ def coupled_system(
 
 def _link(system: CoupledSystem, given: Any) -> Link:
     """Return the link that a pair of names describes."""
-    if isinstance(given, str) or len(given) != 2 or not all(isinstance(n, str) for n in given):
+    pair = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2
+    if not pair or not all(isinstance(name, str) for name in given):
         raise ValueError(
             f"connection {given!r}; expected a pair ('COMPONENT.OUTPUT', 'COMPONENT.INPUT')"
         )
     source, target = given
-    return Link(_pin(system, source, "output", "local"), _pin(system, target, "input"))
+    try:
+        return Link(_pin(system, source, "output", "local"), _pin(system, target, "input"))
+    except ValueError as error:
+        raise ValueError(f"connection from {source!r} to {target!r}: {error}") from error
 
 
 def _require_number(name: str, value: Any, kind: str) -> None:
     """Refuse a number that is not finite, and a fraction for a whole number."""
     if not isinstance(value, numbers.Real):
+        if kind in (*REALS, "Float32"):
+            raise ValueError(f"{name} = {value!r}; expected a finite number")
         return
     if not math.isfinite(value):
         raise ValueError(f"{name} = {value}; expected a finite number")
@@ -187,6 +209,11 @@ def _description(name: str, path: Path) -> Any:
     try:
         found = read_description(path, validate=False)
     except FmuError as error:
+        if _is_of_fmi_1(path):
+            raise CoSimulationError(
+                f"component {name!r}: {path.name} is of FMI 1.0; expected FMI 2.0 or 3.0: export "
+                "it again"
+            ) from None
         raise FmuError(f"component {name!r}: {error}; expected an FMU: replace it") from None
     if str(found.fmiVersion)[:2] not in ("2.", "3.") or found.coSimulation is None:
         kind = "model exchange" if found.modelExchange is not None else "another interface"
@@ -195,6 +222,16 @@ def _description(name: str, path: Path) -> Any:
             "co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
         )
     return found
+
+
+def _is_of_fmi_1(path: Path) -> bool:
+    """Return whether an FMU that fmpy cannot read is of FMI 1.0."""
+    try:
+        with open_archive(path) as archive:
+            found = re.search(rb'fmiVersion\s*=\s*"1\.', archive.read("modelDescription.xml"))
+    except (OSError, KeyError, zipfile.BadZipFile):
+        return False
+    return found is not None
 
 
 def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = False) -> Pin:
@@ -268,14 +305,32 @@ def _require_one_instance(system: CoupledSystem) -> None:
             )
 
 
-def _require_equal_units(system: CoupledSystem, link: Link) -> None:
-    """Refuse a link between different units; a unit that an FMU does not name fits all."""
+def require_equal_units(system: CoupledSystem, link: Link) -> None:
+    """Refuse a link between different units; a unit that an FMU does not name fits all.
+
+    Units of different names are equal if both FMUs define them by the same base units.
+    """
     source, target = (unit_of(system.variable(pin)) for pin in link)
-    if source and target and source != target:
+    bases = [
+        _base_of(system.descriptions[pin.component], name)
+        for pin, name in zip(link, (source, target), strict=True)
+    ]
+    alike = source == target or (bases[0] is not None and bases[0] == bases[1])
+    if source and target and not alike:
         raise ValueError(
             f"{str(link.source)!r} is in {source}, {str(link.target)!r} in {target}; expected one "
             "unit: convert in one of the FMUs, or correct the connection"
         )
+
+
+def _base_of(description: Any, name: str) -> tuple[float, ...] | None:
+    """Return exponents, factor and offset of a unit, as an FMU defines it; None if it does not."""
+    base = next((u.baseUnit for u in description.unitDefinitions if u.name == name), None)
+    if base is None:
+        return None
+    keys = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "offset")
+    factor = 1.0 if base.factor is None else float(base.factor)
+    return (factor, *(float(getattr(base, key) or 0.0) for key in keys))
 
 
 def require_units(system: CoupledSystem, units: Mapping[str, str]) -> None:
@@ -323,7 +378,18 @@ def _course(name: str, given: Any) -> Course:
             f"input {name!r}: times of shape {times.shape} and values of shape {values.shape}; "
             "expected two arrays of one length"
         )
-    finite = np.isfinite(times).all() and np.isfinite(values).all()
-    if not finite or not np.all(np.diff(times) > 0):
-        raise ValueError(f"input {name!r}: expected times in s that rise, and finite values")
+    finite = np.isfinite(times) & np.isfinite(values)
+    if not finite.all():
+        k = int(np.argmin(finite))
+        raise ValueError(
+            f"input {name!r}: row {k + 1} is {values[k]:g} at {times[k]:g} s; expected finite "
+            "numbers: correct or remove it"
+        )
+    rising = np.diff(times) > 0
+    if not rising.all():
+        k = int(np.argmin(rising))
+        raise ValueError(
+            f"input {name!r}: {times[k + 1]:.9g} s follows {times[k]:.9g} s in row {k + 2}; "
+            "expected times that rise: sort them, and remove those that are there twice"
+        )
     return ValueTable(times, values)

@@ -5,7 +5,9 @@ They run side by side with their surrogates in any importer.
 
 from __future__ import annotations
 
+import hashlib
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,6 +20,7 @@ from pythonfmu.enums import Fmi2Status
 from slide_fmu.apps.reference.slave import Slave, stored, whole_steps
 from slide_fmu.apps.reference.writer import write_python_fmu
 from slide_fmu.core.parameters import Parameter
+from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Restorable, State, Stepping
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -32,6 +35,7 @@ from slide_fmu.apps.reference import reference_slave
 class {class_name}(reference_slave.SystemSlave):
     SPECIFICATION = {specification!r}
     PARAMETERS = {parameters!r}
+    MODEL_FILE = {model_file!r}
 '''
 
 FROM_STATE = "start_from_state"
@@ -44,10 +48,11 @@ def write_reference_fmu(
     """Write a system as FMI 2.0 co-simulation FMU that runs in a Python environment.
 
     The FMU contains only a small script; slide_fmu and the system's package are imported from the
-    environment of the importer. It starts at the system's own start under its first inputs. If the
-    system's states can be set, the parameter ``start_from_state`` makes it start from
-    ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and ``initial_last_input[i]`` for
-    inputs with a first-order hold).
+    environment of the importer. A model in a file is found where it is now, else by its name near
+    the importer, and must be unchanged. The FMU starts at the system's own start under its first
+    inputs. If the system's states can be set, the parameter ``start_from_state`` makes it start
+    from ``initial_coordinates[i]`` and ``initial_velocities[i]`` (and ``initial_last_input[i]``
+    for inputs with a first-order hold).
 
     Args:
         specification: the specification of the system.
@@ -65,9 +70,51 @@ def write_reference_fmu(
     name = re.sub(r"\W", "_", re.split(r"[:/\\]", specification.model)[-1]) + "Reference"
     tables = tuple(asdict(parameter) for parameter in parameters)
     script = _SCRIPT.format(
-        class_name=name, specification=specification.to_json(), parameters=tables
+        class_name=name,
+        specification=specification.to_json(),
+        parameters=tables,
+        model_file=_model_file(specification),
     )
     return write_python_fmu(name, script, Path(path))
+
+
+def _model_file(specification: Specification) -> tuple[str, str] | None:
+    """Return path and hash of the file of a model; None of a model in a module."""
+    name = specification.model.partition(":")[0]
+    if not name.endswith(".py"):
+        return None
+    path = find_file(name)
+    return str(path), _hash_of(path)
+
+
+def _hash_of(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _located(specification: Specification, model_file: tuple[str, str] | None) -> Specification:
+    """Return a specification that names the file of the model by its path.
+
+    Raises:
+        LoadError: there is no such file, or it has changed.
+    """
+    if model_file is None:
+        return specification
+    name, colon, wanted = specification.model.partition(":")
+    path, hashed = Path(model_file[0]), model_file[1]
+    try:
+        found = path if path.is_file() else find_file(name)
+    except (AmbiguousFileError, FileNotFoundError) as error:
+        raise LoadError(
+            f"there is no file {str(path)!r}, and none near here ({error}); expected the model "
+            "from which this FMU was made: put it back, or write the FMU again by slide-fmu "
+            "reference"
+        ) from error
+    if _hash_of(found) != hashed:
+        raise LoadError(
+            f"model {str(found)!r} has changed since this FMU was made from it; expected the same "
+            "file: write the FMU again by slide-fmu reference"
+        )
+    return replace(specification, model=f"{found}{colon}{wanted}")
 
 
 def _stepping(specification: Specification) -> Stepping:
@@ -87,13 +134,20 @@ class SystemSlave(Slave):
     CAPABILITIES = {"canHandleVariableCommunicationStepSize": "false"}  # noqa: RUF012 (constant)
     SPECIFICATION: ClassVar[str]
     PARAMETERS: ClassVar[tuple[dict[str, Any], ...]] = ()
+    MODEL_FILE: ClassVar[tuple[str, str] | None] = None
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.specification = Specification.from_json(self.SPECIFICATION)
+        given = Specification.from_json(self.SPECIFICATION)
+        try:
+            self.specification = _located(given, self.MODEL_FILE)
+            self.system = _stepping(self.specification)
+        except LoadError as error:  # importers show no reason of an instance that fails
+            print(f"reference FMU of {given.model!r}: {error}", file=sys.stderr, flush=True)
+            raise
         self.parameters = [Parameter(**table) for table in self.PARAMETERS]
         self.values = {parameter.name: parameter.start_value for parameter in self.parameters}
-        self.model, self.system = self.specification.model, _stepping(self.specification)
+        self.model = given.model
         text = f"Reference system {self.model}, simulated by its own solver"
         identity = self.SPECIFICATION + (repr(self.PARAMETERS) if self.PARAMETERS else "")
         self.introduce(identity.encode(), text, self.system.step, stop=1.0)

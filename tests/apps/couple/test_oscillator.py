@@ -138,7 +138,14 @@ def test_what_may_have_been_forgotten_gets_a_remark(
     [
         ({"links": ["mass.x"]}, ("connection 'mass.x'", "expected a pair")),
         ({"inputs": {"spring.push": lambda t: float("nan")}}, ("'spring.push' = nan at",)),
-        ({"inputs": {"spring.push": ([0.0, float("inf")], [0, 0])}}, ("times in s that rise",)),
+        (
+            {"inputs": {"spring.push": ([0.0, float("inf")], [0, 0])}},
+            ("row 2 is 0 at inf s", "expected finite"),
+        ),
+        (
+            {"inputs": {"spring.push": ([0, 2, 1], [0, 0, 0])}},
+            ("1 s follows 2 s in row 3", "rise"),
+        ),
         ({"iterations": 2.5}, ("iterations = 2.5", "whole number")),
         ({"stop": "1"}, ("stop = '1'", "positive number")),
         ({"moving": "mass"}, ("moving = 'mass'", "list")),

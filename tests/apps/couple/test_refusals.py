@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,14 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.structure import coupled_system, default_step
+from slide_fmu.apps.couple.structure import (
+    Link,
+    Pin,
+    coupled_system,
+    default_step,
+    require_equal_units,
+)
+from slide_fmu.core.files import write_zip
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
 from tests.own_models.halves.cut_car import LINKS
@@ -90,6 +98,60 @@ def test_different_units_are_refused() -> None:
     fmus = {"crank": CRANK, "spring": DUFFING}
     with refused(ValueError, "'crank.deflection' is in m", "'spring.force' in N"):
         slide.couple(fmus, [("crank.deflection", "spring.force")], step=0.03, stop=0.3)
+
+
+@pytest.mark.parametrize(("other", "same"), [("metre", True), ("mm", False)])
+def test_units_of_other_names_are_equal_if_their_definitions_are(
+    tmp_path: Path, other: str, same: bool
+) -> None:
+    renamed = tmp_path / "crank.fmu"
+    with zipfile.ZipFile(CRANK) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["modelDescription.xml"].decode()
+    factor = "" if same else ' factor="0.001"'
+    text = text.replace('unit="m"', f'unit="{other}"').replace('name="m"', f'name="{other}"')
+    text = text.replace('<BaseUnit m="1"', f'<BaseUnit m="1"{factor}')
+    write_zip(renamed, {**members, "modelDescription.xml": text.encode()})
+    system = coupled_system({"crank": renamed, "other": CRANK}, [], {}, {})
+    pins = Pin("crank", "deflection"), Pin("other", "deflection")
+    if same:
+        require_equal_units(system, Link(*pins))
+    else:
+        with refused(ValueError, f"'crank.deflection' is in {other}", "in m"):
+            require_equal_units(system, Link(*pins))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"connections": None}, ("connections = None", "list of pairs")),
+        ({"connections": [5]}, ("connection 5", "pair")),
+        ({"inputs": ["one.force"]}, ("inputs = ['one.force']", "dict")),
+        ({"inputs": {"one.force": lambda t: "x"}}, ("'one.force' = 'x' at 0 s", "finite")),
+        ({"parameters": {"one.confidence": "high"}}, ("one.confidence = 'high'", "finite")),
+        ({"stop": None}, ("stop = None", "time in s")),
+        ({"step": 1e-300}, ("step = 1e-300", "choose a longer step")),
+        ({"record": "one.force"}, ("record = 'one.force'", "list")),
+        ({"fmus": {"": DUFFING}}, ("component ''", "expected a name")),
+    ],
+)
+def test_arguments_of_a_wrong_kind_are_refused(
+    given: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    usual = {"fmus": {"one": DUFFING}, "connections": [], "step": 0.03, "stop": 0.3}
+    arguments = {**usual, **given}
+    with refused(ValueError, *words):
+        slide.couple(arguments.pop("fmus"), arguments.pop("connections"), **arguments)
+
+
+def test_fmu_of_fmi_1_is_refused(tmp_path: Path) -> None:
+    old = tmp_path / "old.fmu"
+    with zipfile.ZipFile(DUFFING) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["modelDescription.xml"].decode().replace('fmiVersion="2.0"', 'fmiVersion="1.0"')
+    write_zip(old, {**members, "modelDescription.xml": text.encode()})
+    with refused(CoSimulationError, "component 'old'", "is of FMI 1.0", "export it again"):
+        slide.couple({"old": old}, [], step=0.03, stop=0.3)
 
 
 def test_parameter_that_the_coupling_sets_is_refused() -> None:

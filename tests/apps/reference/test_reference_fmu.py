@@ -14,11 +14,12 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
+import slide_fmu as slide
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.apps.reference.side_by_side import write_reference
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
-from slide_fmu.cosim.run import instantiated, run_fmu, unpacked
+from slide_fmu.cosim.run import CoSimulationError, instantiated, run_fmu, unpacked
 from slide_fmu.fmu.export import FmuError, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
@@ -311,3 +312,43 @@ def test_reference_fmu_goes_back_to_a_former_state(tmp_path: Path) -> None:
             assert slave.get_real(out) == found[1]
         slave.free_state(state)
         slave.terminate()
+
+
+LAW = """
+inputs = {{"u": {{"unit": "N", "range": [-1.0, 1.0]}}}}
+outputs = {{"y": {{"unit": "N", "range": [-9.0, 9.0]}}}}
+start = [0.0]
+
+
+def f(x, u, p):
+    return [-x[0]]
+
+
+def g(x, u, p):
+    return [{gain} * u[0]]
+"""
+
+
+def test_models_of_one_file_name_are_kept_apart_and_must_not_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    fmus = {}
+    for gain, name in enumerate(("one", "two"), start=1):
+        (folder := tmp_path / name).mkdir()
+        (folder / "model.py").write_text(LAW.format(gain=gain), encoding="utf-8")
+        monkeypatch.chdir(folder)
+        made = Specification("model.py", {}, 0.1, "function", {})
+        fmus[name] = write_reference_fmu(made, tmp_path / f"{name}.fmu")
+    inputs = {f"{name}.u": 1.0 for name in fmus}
+    for folder in (tmp_path / "one", tmp_path):  # in a folder with a model of this name, and not
+        monkeypatch.chdir(folder)
+        found = slide.couple(fmus, [], step=0.1, stop=0.2, inputs=inputs)
+        assert [found[f"{name}.y"][-1] for name in fmus] == [1.0, 2.0]
+    (tmp_path / "two" / "model.py").write_text(LAW.format(gain=3), encoding="utf-8")
+    with refused(CoSimulationError, "component 'two'", "tell more on the terminal"):
+        slide.couple(fmus, [], step=0.1, stop=0.2, inputs=inputs)
+    assert "has changed since this FMU was made from it" in capfd.readouterr().err
+    (tmp_path / "two" / "model.py").unlink()
+    with refused(CoSimulationError, "component 'two'"):
+        slide.couple(fmus, [], step=0.1, stop=0.2, inputs=inputs)
+    assert "slide-fmu reference" in capfd.readouterr().err

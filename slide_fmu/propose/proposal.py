@@ -230,7 +230,9 @@ def _begin(wish: Wish) -> _Begun:
     chain = proposed_chain(found.model, wish.chain, inputs)
     specification = _specification(found, inputs, outputs, wish.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
-    kind: InputKind = "set_points" if chain.path is not None else kind_of_inputs(system)
+    kind: InputKind = "set_points"
+    if chain.path is None:
+        kind = kind_of_inputs(system, in_loops=bool(wish.loops))
     widths = [signal.high - signal.low for signal in system.inputs]
     tables = partial(default_excitation, inputs=kind, widths=widths)
     return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
@@ -312,12 +314,13 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
     return parts if math.isclose(finer.step, step / parts) else 1
 
 
-def kind_of_inputs(system: System) -> InputKind:
+def kind_of_inputs(system: System, in_loops: bool = False) -> InputKind:
     """Return the kind of the inputs of a system.
 
-    They are set points of drives if they belong to its chain, or if all are angles.
+    They are set points of drives if they belong to its chain, or if all are angles. In loops, an
+    angle is where a partner is, which no drive sets.
     """
-    if chain_of(system) is not None or are_angles(system.inputs):
+    if chain_of(system) is not None or (are_angles(system.inputs) and not in_loops):
         return "set_points"
     if [signal.angle for signal in system.inputs] == ["cosine", "sine"]:
         return "angle"

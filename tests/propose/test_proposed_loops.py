@@ -144,3 +144,19 @@ def test_records_have_no_loops(tmp_path: Path) -> None:
     wish = Wish(str(tmp_path / "a.csv"), kind="record", loops=("force:place",))
     with refused(ValueError, "--loop force:place for records", "expected none"):
         propose_unsimulated(wish)
+
+
+@pytest.mark.parametrize("loops", [(), ("force:place",)], ids=["alone", "in a loop"])
+def test_angle_that_a_partner_decides_is_no_set_point_of_a_drive(
+    tmp_path: Path, loops: tuple[str, ...]
+) -> None:
+    text = (
+        spring("-1000.0 * u[0] - 20.0 * du[0]", ", du")
+        .replace('"m"', '"rad"')
+        .replace('"N"', '"N.m"')
+    )
+    found = propose(Wish(written(tmp_path, text), step=0.01, folder=tmp_path, loops=loops), quiet)
+    recipe = parse_open_recipe(found.text, "part.toml").guess
+    of_drives = {"point_to_point", "axis_moves"} & {one.kind for one in recipe.data.excitation}
+    assert bool(of_drives) == (not loops)
+    assert recipe.data.substeps == (4 if loops else 1)

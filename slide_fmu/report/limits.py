@@ -74,6 +74,11 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) ->
             "read one as a lower bound."
         )
     if surrogate.bound is not None:
+        judged = surrogate.bound.filling_length * surrogate.window.step
+        found.append(
+            f"Error bounds, in_domain and trusted count from {judged:.6g} s after the start on, "
+            "when error_bound_filled is 1; before, trusted is false if there is such an output."
+        )
         in_range = None if measured is None else measured.in_range
         found += bound_sentences(recipe, surrogate, in_range)
     if measured is None:

@@ -189,8 +189,9 @@ def bound_sentences(
 def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None, call: str) -> list[str]:
     """Say when trusted is false, and how often it is in range, in a call with these words."""
     found = [
-        "Where trusted is false, a step may be wrong: a 95 % bound exceeds its tolerance, or "
-        "in_domain or a range is false. Tolerances are parameters, one of each output.",
+        "Where trusted is false, a step may be wrong: a 95 % bound exceeds its tolerance, "
+        "in_domain or a range is false, or error_bound_filled is below 1. Tolerances are "
+        "parameters, one of each output.",
     ]
     wanted, of_domain = percent(recipe.false_alarms), percent(recipe.domain_alarms)
     calibrated_to = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -70,6 +70,7 @@ class Component:
         own_step: the only step in s that it takes; None if it takes any.
         feeds_through: whether an output depends on linked inputs of the same time.
         follows: the same of linked inputs and courses.
+        given: names of the variables to which users give start values.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Component:
     own_step: float | None = None
     feeds_through: bool = True
     follows: bool = True
+    given: Collection[str] = ()
 
     def __post_init__(self) -> None:
         references = {v.name: v.valueReference for v in self.description.modelVariables}
@@ -240,7 +242,10 @@ class Component:
             self.slave.set_real(self._set, all_)
 
     def begin(self, values: FloatArray, start: float) -> None:
-        """Leave initialization; to an FMU of ours, the first inputs have always acted."""
+        """Leave initialization; to an FMU of ours, the first inputs have always acted.
+
+        Users may give other values of the past.
+        """
         names = {v.name: v.valueReference for v in self.description.modelVariables}
         if self.ours and self.inputs == "reached":
             of = {v: k for k, v in names.items()}
@@ -250,6 +255,7 @@ class Component:
                 for r, u in zip(self._set, known, strict=True)
             }
             pairs = {PREHISTORY_KNOWN: 1.0, **first}
+            pairs = {name: value for name, value in pairs.items() if name not in self.given}
             self.slave.set_real([names[name] for name in pairs], list(pairs.values()))
         self.slave.exit_initialization()
 
@@ -298,7 +304,7 @@ def opened(
             "parameters or inputs"
         )
     found = Component(name, slave, description, linked, *read, courses, inputs)
-    found.own_step = fixed_step(description)
+    found.own_step, found.given = fixed_step(description), list(values)
     return found
 
 

@@ -241,7 +241,12 @@ def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = Fals
     if dotted:  # names of components may have dots; the longest counts
         name = max(dotted, key=len)
         variable = text[len(name) + 1 :]
-    if name not in system.paths or not dot:
+    if name in system.paths and not dot:
+        raise ValueError(
+            f"{text!r} is a component; expected one of its variables, such as "
+            f"{f'{name}.VARIABLE'!r}"
+        )
+    if name not in system.paths:
         raise ValueError(
             f"{text!r} names the component {name!r}; expected COMPONENT.VARIABLE with one of "
             f"{list(system.paths)}{or_meant(name, system.paths)}"

@@ -58,7 +58,7 @@ MEANING = {
     "CONFIDENCE": "probability of error bounds",
     "OUTPUTS_IN_RANGE": "all outputs lie in the ranges of the training",
     "ERROR_TOLERANCE": "largest 95 % error bound with which `trusted` is true",
-    "TRUSTED": "if false, this step may be wrong: a bound, the domain or a range says so",
+    "TRUSTED": "if false, this step may be wrong, by bound, domain, ranges or an unknown past",
 }
 """Meaning of each kind, for the page: shorter than the descriptions that FMUs carry."""
 

@@ -9,9 +9,10 @@ import pytest
 
 import slide_fmu as slide
 from tests.apps.couple.test_own_fmus import DUFFING
-from tests.apps.couple.test_refusals import write_gain
+from tests.apps.couple.test_refusals import CRANK, write_gain
 from tests.own_models.systems.car_in_two import CAR_IN_TWO
 from tests.own_models.systems.cut_machine import relative_error
+from tests.refusals import refused
 
 
 def test_halves_of_a_car_follow_the_whole_car(tmp_path: Path) -> None:
@@ -79,3 +80,17 @@ def test_surrogate_that_does_not_know_its_past_or_is_not_trusted_is_remarked(
     run = slide.couple(fmus, links, step=0.03, stop=0.3, parameters=strict)
     (remark,) = [one for one in run.figures.remarks if "osc" in one]
     assert remark.startswith("osc.trusted is false at 100 % of the communication points at which")
+
+
+def test_past_that_users_give_is_kept() -> None:
+    """Else the first inputs of an FMU whose inputs move count as held for ever."""
+    inputs = {"crank.director_x": 1.0, "crank.director_y": 0.0}
+    record = ["crank.error_bound_filled"]
+    for given, filled in (({}, 1.0), ({"crank.prehistory_known": 0.0}, 0.0)):
+        run = slide.couple(
+            {"crank": CRANK}, [], step=0.03125, stop=0.0625, inputs=inputs, parameters=given,
+            record=record,
+        )  # fmt: skip
+        assert run["crank.error_bound_filled"][0] == filled
+    with refused(ValueError, "'crank' is a component", "such as 'crank.VARIABLE'"):
+        slide.couple({"crank": CRANK}, [], step=0.03125, stop=0.0625, parameters={"crank": {}})

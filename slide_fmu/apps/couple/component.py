@@ -105,7 +105,7 @@ class Component:
         if self.ours and given and all(map(is_trained, self._read)):
             self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
         self.steps = 0
-        self._given: list[float] = []
+        self._last_linked: list[float] = []
 
     def has_slopes(self, length: float) -> bool:
         """Return whether the FMU knows its derivatives over a step of a length in s.
@@ -166,8 +166,8 @@ class Component:
             at = parts[0]
         known = [course(place) for _, course in self.courses]
         linked = now if at == 1.0 else before + at * (now - before)
-        self._given = linked.tolist()
-        self.slave.set_real(self._set, [*self._given, *known])
+        self._last_linked = linked.tolist()
+        self.slave.set_real(self._set, [*self._last_linked, *known])
         if self.inputs == "sloped":
             rates = [*((now - before) / length).tolist()]
             ends = [course(begin + piece) for _, course in self.courses]
@@ -181,7 +181,7 @@ class Component:
         except CoSimulationError as error:
             values = ", ".join(
                 f"{name} = {value:.6g}"
-                for name, value in zip(self.linked, self._given, strict=True)
+                for name, value in zip(self.linked, self._last_linked, strict=True)
             )
             raise type(error)(
                 f"{error}, in the step of {piece:g} s from {begin:.9g} s under "

@@ -84,13 +84,14 @@ def test_surrogate_that_does_not_know_its_past_or_is_not_trusted_is_remarked(
 
 def test_past_that_users_give_is_kept() -> None:
     """Else the first inputs of an FMU whose inputs move count as held for ever."""
-    inputs = {"crank.director_x": 1.0, "crank.director_y": 0.0}
-    record = ["crank.error_bound_filled"]
+    usual = {
+        "step": 0.03125,
+        "stop": 0.0625,
+        "inputs": {"crank.director_x": 1.0, "crank.director_y": 0.0},
+        "record": ["crank.error_bound_filled"],
+    }
     for given, filled in (({}, 1.0), ({"crank.prehistory_known": 0.0}, 0.0)):
-        run = slide.couple(
-            {"crank": CRANK}, [], step=0.03125, stop=0.0625, inputs=inputs, parameters=given,
-            record=record,
-        )  # fmt: skip
+        run = slide.couple({"crank": CRANK}, [], parameters=given, **usual)
         assert run["crank.error_bound_filled"][0] == filled
     with refused(ValueError, "'crank' is a component", "such as 'crank.VARIABLE'"):
-        slide.couple({"crank": CRANK}, [], step=0.03125, stop=0.0625, parameters={"crank": {}})
+        slide.couple({"crank": CRANK}, [], parameters={"crank": {}}, **usual)

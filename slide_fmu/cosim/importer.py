@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.export import FmuError
 
 if TYPE_CHECKING:  # fmpy is of the extra "run": who only imports this module needs none
@@ -21,7 +24,8 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
         validate: also refuse files that violate the standard's schema.
 
     Raises:
-        FmuError: the file is not an FMU, or its model description cannot be read.
+        FmuError: the file is not an FMU, or is one of FMI 1.0, or its model description cannot be
+            read.
     """
     import fmpy
 
@@ -29,7 +33,23 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
             return fmpy.read_model_description(file, validate=validate)
     except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
-        raise FmuError(f"{path} is not an FMU that can be read: {error}") from error
+        if _is_of_fmi_1(path):
+            raise FmuError(
+                f"{path} is of FMI 1.0; expected FMI 2.0 or 3.0: export it again"
+            ) from None
+        raise FmuError(
+            f"{path} is not an FMU that can be read: {error}; expected an FMU: replace it"
+        ) from error
+
+
+def _is_of_fmi_1(path: Path) -> bool:
+    """Return whether an FMU that fmpy cannot read is of FMI 1.0."""
+    try:
+        with open_archive(path) as archive:
+            found = re.search(rb'fmiVersion\s*=\s*"1\.', archive.read("modelDescription.xml"))
+    except (OSError, KeyError, zipfile.BadZipFile):
+        return False
+    return found is not None
 
 
 class ImportedSlave:

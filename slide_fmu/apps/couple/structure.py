@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import numbers
-import re
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +13,6 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import FmuError
@@ -209,12 +206,7 @@ def _description(name: str, path: Path) -> Any:
     try:
         found = read_description(path, validate=False)
     except FmuError as error:
-        if _is_of_fmi_1(path):
-            raise CoSimulationError(
-                f"component {name!r}: {path.name} is of FMI 1.0; expected FMI 2.0 or 3.0: export "
-                "it again"
-            ) from None
-        raise FmuError(f"component {name!r}: {error}; expected an FMU: replace it") from None
+        raise FmuError(f"component {name!r}: {error}") from None
     if str(found.fmiVersion)[:2] not in ("2.", "3.") or found.coSimulation is None:
         kind = "model exchange" if found.modelExchange is not None else "another interface"
         raise CoSimulationError(
@@ -222,16 +214,6 @@ def _description(name: str, path: Path) -> Any:
             "co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
         )
     return found
-
-
-def _is_of_fmi_1(path: Path) -> bool:
-    """Return whether an FMU that fmpy cannot read is of FMI 1.0."""
-    try:
-        with open_archive(path) as archive:
-            found = re.search(rb'fmiVersion\s*=\s*"1\.', archive.read("modelDescription.xml"))
-    except (OSError, KeyError, zipfile.BadZipFile):
-        return False
-    return found is not None
 
 
 def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = False) -> Pin:

@@ -22,6 +22,7 @@ from slide_fmu.apps.reference.writer import write_python_fmu
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.fmu.description.variables import AT_STEP_END
 from slide_fmu.systems.base import Restorable, State, Stepping
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
@@ -190,6 +191,9 @@ class SystemSlave(Slave):
         for parameter in self.parameters:
             text, access = parameter.description, stored(self.values, parameter.name)
             self.add(Real, parameter.name, "parameter", "fixed", description=text, **access)
+        if hold_of(self.system.inputs) == "first_order":
+            text = "inputs move to the values that are set before a step, by its end"
+            self.add(Real, AT_STEP_END, "local", "constant", description=text, getter=lambda: 1.0)
 
     def exit_initialization_mode(self) -> None:
         """Put the system into its initial state."""

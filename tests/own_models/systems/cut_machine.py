@@ -106,7 +106,6 @@ class CutMachine:
             step=step,
             stop=stop,
             inputs={f"partner.{self.command}": command},
-            moving=[name for name in exact if name not in surrogates],
             **how,
         )
 

@@ -211,9 +211,10 @@ def tolerance_table(validations: Validations) -> ReportTable:
         for row in tolerances
     )
     title = (
-        "tolerances of 95 % error bounds, by the share of samples in range with trusted = false"
+        "tolerances of 95 % error bounds, by the share of the samples of these trajectories with "
+        "trusted = false; those of the start come from the calibration"
     )
-    return ReportTable.of(("false alarms in range", *columns), rows, title)
+    return ReportTable.of(("false alarms on these trajectories", *columns), rows, title)
 
 
 def harms_of(bound: BoundFigures) -> list[tuple[str, Harm]]:

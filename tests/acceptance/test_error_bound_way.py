@@ -140,7 +140,7 @@ def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
         "blocks_s": [0.015625, 0.125],
         "tolerances": surrogate.error_tolerances.tolist(),
     }
-    assert "false alarms in range" in invoke("info", finished.fmu).stdout
+    assert "false alarms on these trajectories" in invoke("info", finished.fmu).stdout
 
 
 def test_validate_prints_coverage_and_how_often_the_domain_is_left(finished: Finished) -> None:

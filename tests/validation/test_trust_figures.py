@@ -187,7 +187,7 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
     factor = max(9.0 / start)  # the largest bounds are 9 and 9
     expected = tuple(quantity(value, "m") for value in factor * start)
     assert table.heading == (
-        "false alarms in range",
+        "false alarms on these trajectories",
         "tolerance of y0",
         "tolerance of y1",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -61,25 +60,23 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
                 f"({fmpy.platform}) that makes an instance: run this FMU alone, since it may tell "
                 "more on the terminal"
             ) from error
-        fatal: list[FMICallException] = []
-        for key, call in inspect.getmembers(slave.calls, inspect.ismethod):
-            setattr(slave.calls, key, _named(name, call, messages, fatal))
-        yield ImportedSlave(slave.calls)
+        # all calls of FMPy's instance pass through this one
+        slave.calls._call = _named(name, slave.calls._call, messages)
+        yield slave
 
 
-def _named(
-    name: str, call: Callable[..., Any], messages: list[str], fatal: list[FMICallException]
-) -> Callable[..., Any]:
+def _named(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
     """Return a call of a component that names it, and its messages, where it is refused.
 
     After a fatal error no call is allowed any more (FMI 2.0.5, section 2.1.3): none is made.
     """
+    fatal: list[FMICallException] = []
 
-    def named(*arguments: Any, **by_name: Any) -> Any:
+    def named(*arguments: Any) -> Any:
         if fatal:
             return None
         try:
-            return call(*arguments, **by_name)
+            return call(*arguments)
         except FMICallException as error:
             kind = CoSimulationError
             if error.status == FATAL:

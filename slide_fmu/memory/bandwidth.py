@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -80,22 +81,35 @@ class Bandwidth:
     part: float
 
 
-def proposed_step(make: Callable[[float], System], first: float = 0.01) -> ProposedStep:
+def proposed_step(
+    make: Callable[[float], System],
+    first: float = 0.01,
+    progress: Progress = quiet,
+    enough: float | None = None,
+) -> ProposedStep:
     """Propose a sample step for a system.
 
     Args:
         make: makes the system with a step in s.
         first: the step in s that is tried first; it is also the result if no output has dynamics.
+        progress: shows how many steps were tried.
+        enough: frequency in Hz for outputs that follow the rates of inputs; the search ends where
+            a bandwidth above it is seen, or none: in finer steps, rates hide the rest even more.
 
     Raises:
         LoadError: the system cannot be made with the first step.
         SimulationError: it cannot be simulated with any step that was tried.
     """
+    most = ZOOMS + 1
+    progress(0, most)
     step, (found, failure) = first, _seen(make(first))
-    for _ in range(ZOOMS):
+    for tried in range(1, most):
+        progress(tried, most)
         # if nothing is visible, only a finer step may show more
         part = 1.0 if found is None else found.part
         if WASTED <= part <= RESOLVED:
+            break
+        if enough is not None and (found is None or found.frequency > enough):
             break
         other = step / ZOOM if part > RESOLVED else step * ZOOM
         try:
@@ -108,6 +122,7 @@ def proposed_step(make: Callable[[float], System], first: float = 0.01) -> Propo
     else:
         if found is not None and found.part > RESOLVED:
             found = None  # it scales with the step, as in a simulation that ignores its step
+    progress(most, most)
     failed = None if failure is None else str(failure)
     if found is not None:
         width = found.frequency

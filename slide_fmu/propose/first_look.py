@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, part_of
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.excitation.base import Kind
@@ -18,7 +19,7 @@ from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_insi
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
 from slide_fmu.memory.integral import integral
-from slide_fmu.memory.modes import spectrum
+from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.recipe.default_excitation import KindTable
 from slide_fmu.recipe.tables import DataRecipe
@@ -88,7 +89,8 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
         NotForgettingError: its outputs integrate, so that no window can hold it.
         SimulationError: it fails with any step, or on more than a few motions.
     """
-    step, origin, failed = _step(looking)
+    step, origin, failed = _step(looking, part_of(progress, "step", at_most=True))
+    progress = part_of(progress)
     remarks = [] if failed is None else [failed]
     low = high = np.empty(0)
     still, count = np.empty(0, dtype=bool), 0
@@ -106,8 +108,11 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     return FirstLook(step, origin, low, high, still, count, tuple(remarks))
 
 
-def _step(looking: Looking) -> tuple[float, str, str | None]:
-    """Return the sample step in s, its origin, and a remark or None."""
+def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]:
+    """Return the sample step in s, its origin, and a remark or None.
+
+    The search of a step would go on and on with a system that integrates.
+    """
     given = looking.specification
     if given.step is not None:
         return given.step, looking.origin, None
@@ -115,10 +120,20 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
     def make(step: float) -> System:
         return load_system(replace(given, step=step))
 
-    proposed = proposed_step(make, FIRST_STEP)
-    by_modes = _step_of_modes(make(FIRST_STEP), proposed.bandwidth)
-    if by_modes is not None:
-        return *by_modes, None
+    first = make(FIRST_STEP)
+    if _is_free(first) and (lasts := integral(first)) is not None:
+        raise NotForgettingError(str(lasts))
+    fastest = _fastest_mode(first)
+    enough = None if fastest is None else ABOVE_MODES * fastest
+    proposed = proposed_step(make, FIRST_STEP, progress, enough)
+    seen = proposed.bandwidth
+    if fastest is not None and (seen is None or seen >= ABOVE_MODES * fastest):
+        samples = SAMPLES_PER_PERIOD[hold_of(first.inputs)]
+        origin = (
+            f"The fastest mode at rest has {fastest:.3g} Hz. The rates of the inputs act too: if "
+            "these move faster, or springs harden, take a smaller step."
+        )
+        return tidy_step(1.0 / (samples * fastest)), origin, None
     failed = proposed.failed and (
         "the model failed under noise over the whole ranges of its inputs, so a part of them "
         f"showed the step: {proposed.failed}"
@@ -132,11 +147,22 @@ def _step(looking: Looking) -> tuple[float, str, str | None]:
     return proposed.step, origin, failed
 
 
-def _step_of_modes(system: System, bandwidth: float | None) -> tuple[float, str] | None:
-    """Return the step in s of a system whose outputs follow the rates of its inputs; its origin.
+def _is_free(system: System) -> bool:
+    """Return whether a system has a free direction where it rests under its first inputs."""
+    if not isinstance(system, Linearizable):
+        return False
+    start = np.array([signal.start_value for signal in system.inputs])
+    try:
+        return bool(spectrum(system.linearize(system.rest_state(start))).rigid)
+    except (SimulationError, UnstableModeError, ValueError):  # it does not rest there
+        return False
 
-    Rates have no highest frequency, so outputs that follow them have none either. The step follows
-    from the fastest mode then. None is returned where the bandwidth, in Hz, is about that mode's.
+
+def _fastest_mode(system: System) -> float | None:
+    """Return the frequency in Hz of the fastest mode, where outputs follow the rates of inputs.
+
+    Rates have no highest frequency, so outputs that follow them have none either: the step follows
+    from this mode, unless the bandwidth is about that.
     """
     if not (system.follows_rates and isinstance(system, Linearizable)):
         return None
@@ -148,14 +174,7 @@ def _step_of_modes(system: System, bandwidth: float | None) -> tuple[float, str]
             "says how fast these move; expected a sample step: give --step SECONDS, a tenth "
             "of the shortest period of the inputs"
         )
-    fastest = max(mode.natural_frequency for mode in modes) / (2 * np.pi)
-    if bandwidth is not None and bandwidth < ABOVE_MODES * fastest:
-        return None
-    samples = SAMPLES_PER_PERIOD[hold_of(system.inputs)]
-    return tidy_step(1.0 / (samples * fastest)), (
-        f"The fastest mode has {fastest:.3g} Hz. The rates of the inputs act too: if these move "
-        "faster, take a smaller step."
-    )
+    return max(mode.natural_frequency for mode in modes) / (2 * math.pi)
 
 
 def _outputs(

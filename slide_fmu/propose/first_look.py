@@ -121,8 +121,10 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
         return load_system(replace(given, step=step))
 
     first = make(FIRST_STEP)
-    if _is_free(first) and (lasts := integral(first)) is not None:
-        raise NotForgettingError(str(lasts))
+    if _is_free(first):
+        for step in (FIRST_STEP, 10 * FIRST_STEP, 100 * FIRST_STEP):  # it may move slowly
+            if (lasts := integral(make(step))) is not None:
+                raise NotForgettingError(str(lasts))
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
     proposed = proposed_step(make, FIRST_STEP, progress, enough)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from slide_fmu.core.measures import percent
 from slide_fmu.report.error_tables import box_table, plain_call_table
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.table import ReportTable
@@ -14,8 +13,9 @@ from slide_fmu.validation.plain_call import TEXT
 
 LOOPS = (
     "Where the output decides the input, an error goes round the loop. The surrogate's slopes and "
-    "the partner say how much larger it becomes, at the frequency where it becomes largest: for "
-    "the smallest, middle and largest values of the partner together."
+    "the partner say how many times as large the error of the output becomes by that, at the "
+    "frequency where it grows most: for the smallest, middle and largest values of the partner "
+    "together."
 )
 
 
@@ -52,20 +52,20 @@ def loop_sections(found: Sequence[LoopFigures]) -> list[ReportSection]:
     if not found:
         return []
     worst = max(found, key=lambda one: one.gain)
-    heading = "output", "input", "partner", "an error of 1 % becomes", "at a frequency of"
+    heading = "output", "input", "partner", "an error of the output becomes", "at a frequency of"
     rows = ((o.output, o.input, o.partner, _becomes(o), f"{o.hz:.2g} Hz") for o in found)
     text = " ".join([LOOPS, *loop_sentences([worst])])
     return [ReportSection("Errors round the loop", text, ReportTable.of(heading, rows))]
 
 
 def loop_sentences(found: Sequence[LoopFigures]) -> list[str]:
-    """Say what becomes of an error of 1 % in loops, a sentence for each partner."""
+    """Say what becomes of an error of the output in loops, a sentence for each partner."""
     return [
-        f"An error of 1 % at {one.output} becomes {_becomes(one)} at {one.input} with "
-        f"{one.partner} (at {one.hz:.2g} Hz)."
+        f"In a loop with {one.partner} at {one.input}, an error of {one.output} becomes at most "
+        f"{_becomes(one)}, which is at {one.hz:.2g} Hz."
         for one in found
     ]
 
 
 def _becomes(found: LoopFigures) -> str:
-    return percent(float(f"{0.01 * found.gain:.2g}"))
+    return f"{found.gain:.2g} times as large"

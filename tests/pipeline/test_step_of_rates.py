@@ -59,8 +59,13 @@ def test_step_of_a_model_without_modes_is_asked_for(tmp_path: Path) -> None:
         looked(tmp_path / "still.py", text)
 
 
-def test_free_mass_under_a_force_is_refused_before_a_step_is_sought(tmp_path: Path) -> None:
-    text = MODEL.replace("return K * (x[0] - u[0]) + D * (x[1] - du[0])", "return x[1] - u[0]")
+@pytest.mark.parametrize("mass", ["0.5", "10.0"])
+def test_free_mass_under_a_force_is_refused_before_a_step_is_sought(
+    tmp_path: Path, mass: str
+) -> None:
+    text = MODEL.replace("10.0", mass).replace(
+        "return K * (x[0] - u[0]) + D * (x[1] - du[0])", "return x[1] - u[0]"
+    )
     text = text.replace("return [force(x, u, p, du)]", "return [x[0]]")
     with refused(NotForgettingError, "an integral or a free direction", "fix the free direction"):
         looked(tmp_path / "free.py", text)

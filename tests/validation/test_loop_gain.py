@@ -151,9 +151,12 @@ def test_sentence_names_signals_partner_and_frequency() -> None:
         output="force", input="body", partner="a mass of 300 kg", gain=1.4321, hz=1.234
     )
     assert loop_sentences([one]) == [
-        "An error of 1 % at force becomes 1.4 % at body with a mass of 300 kg (at 1.2 Hz)."
+        "In a loop with a mass of 300 kg at body, an error of force becomes at most 1.4 times as "
+        "large, which is at 1.2 Hz."
     ]
     (section,) = loop_sections([one])
     assert section.text.endswith(loop_sentences([one])[0])
     assert section.table is not None
-    assert section.table.rows == (("force", "body", "a mass of 300 kg", "1.4 %", "1.2 Hz"),)
+    assert section.table.rows == (
+        ("force", "body", "a mass of 300 kg", "1.4 times as large", "1.2 Hz"),
+    )

@@ -241,20 +241,18 @@ class Component:
         if self._set:
             self.slave.set_real(self._set, all_)
 
-    def begin(self, values: FloatArray, start: float) -> None:
+    def begin(self) -> None:
         """Leave initialization; to an FMU of ours, the first inputs have always acted.
 
         Users may give other values of the past.
         """
-        names = {v.name: v.valueReference for v in self.description.modelVariables}
+        variables = self.description.modelVariables
+        names = {v.name: v.valueReference for v in variables}
         if self.ours and self.inputs == "reached":
-            of = {v: k for k, v in names.items()}
-            known = [*values.tolist(), *(course(start) for _, course in self.courses)]
-            first = {
-                INITIAL.replace("{signal}", of[r]): u
-                for r, u in zip(self._set, known, strict=True)
-            }
-            pairs = {PREHISTORY_KNOWN: 1.0, **first}
+            inputs = [v.name for v in variables if v.causality == "input"]
+            first = self.slave.get_real([names[name] for name in inputs])
+            pairs = {INITIAL.replace("{signal}", k): u for k, u in zip(inputs, first, strict=True)}
+            pairs[PREHISTORY_KNOWN] = 1.0
             pairs = {name: value for name, value in pairs.items() if name not in self.given}
             self.slave.set_real([names[name] for name in pairs], list(pairs.values()))
         self.slave.exit_initialization()
@@ -296,6 +294,10 @@ def opened(
         )
     if AT_STEP_END in system.names(name, "parameter"):
         values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
+    if inputs == "reached" and values.get(PREHISTORY_KNOWN) == 1.0:
+        del values[
+            PREHISTORY_KNOWN
+        ]  # set once the first inputs are known, which have always acted
     left = apply_start_values(slave.calls, description, values, settable_in_instantiated)
     slave.enter_initialization(0.0)
     if left:

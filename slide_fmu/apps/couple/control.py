@@ -89,8 +89,8 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
                 remedy = "choose a shorter step"
                 if control.limit:
                     remedy = (
-                        f"make the FMU of {control.limit!r} with a shorter step, since it takes "
-                        "no shorter one than now"
+                        f"make the FMU of {control.limit!r} with a shorter step, since a "
+                        "controlled step is at least two of its own"
                     )
                 raise CoSimulationError(
                     f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; "

@@ -95,8 +95,7 @@ def mixed(
             remarks.append(
                 f"{link.target} is held at the value of {link.source} at the end of each step, "
                 f"since {source.name} takes no shorter steps: motions are damped more, and errors "
-                "may be many times larger; make this FMU with a shorter step, or take twice its "
-                "step or more"
+                "may be many times larger; make this FMU with a shorter step"
             )
     remarks += [
         f"{one.name} takes part explicitly, since its FMU cannot go back to a former state "

@@ -105,8 +105,8 @@ def initialized(
     ranges = [range_of(system.variable(link.target)) for link in system.links]
     for one, place in zip(components, places, strict=True):
         ask_whether_it_follows(system, one, inputs[place])
-    for one, place in zip(components, places, strict=True):
-        one.begin(inputs[place], 0.0)
+    for one in components:
+        one.begin()
     for one, place in zip(components, places, strict=True):
         if options.method in IMPLICIT or options.control is not None:
             require_true_states(system, one, inputs[place], options.step)

@@ -12,6 +12,7 @@ from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin, ValueTable, declared
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.variables import AT_STEP_END
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""
@@ -35,7 +36,7 @@ def remarks_on(
         *_on_open_inputs(system),
         *_on_replaced_values(system),
         *_on_tables(system, options),
-        *_on_short_steps(system, options, run),
+        *_on_steps(system, options, run),
         *([run.zigzag] if run.zigzag else []),
         *_on_ranges(system, run),
         *_on_flags(components, run),
@@ -90,8 +91,8 @@ def _on_tables(system: CoupledSystem, options: CouplingOptions) -> Iterator[str]
                 )
 
 
-def _on_short_steps(system: CoupledSystem, options: CouplingOptions, run: Taken) -> Iterator[str]:
-    """Say which surrogates have longer steps of their own."""
+def _on_steps(system: CoupledSystem, options: CouplingOptions, run: Taken) -> Iterator[str]:
+    """Say which surrogates have longer or shorter steps of their own."""
     usual = float(np.median(np.diff(run.time)))  # s
     by = "" if options.method in IMPLICIT else ", by an implicit method"  # explicit may need it
     for name, one in system.descriptions.items():
@@ -99,21 +100,41 @@ def _on_short_steps(system: CoupledSystem, options: CouplingOptions, run: Taken)
             continue
         own = float(one.defaultExperiment.stepSize)
         if usual < (1 - WHOLE) * own:
-            most = "" if options.control is None else "most of "
+            most, remedy = "", f"take its own step{by}"
+            if options.control is not None:
+                most, remedy = "most of ", "allow a larger error, or leave control out"
             yield (
                 f"step = {usual:g} s, as {most}the steps were, is shorter than {own:g} s, the "
                 f"step of {name!r}: a surrogate has no more to give between its samples, so "
                 "shorter steps take time and hardly make it more accurate, and motions may grow: "
-                f"take its own step, or a multiple of it{by}"
+                f"{remedy}"
+            )
+        if usual > (1 + WHOLE) * own and AT_STEP_END in system.names(name, "parameter"):
+            yield (
+                f"step = {usual:g} s is longer than {own:g} s, the step of {name!r}: its error "
+                "bound and its flags do not know what inputs do between communication points; "
+                "take its own step where that counts"
             )
 
 
 def _on_ranges(system: CoupledSystem, run: Taken) -> Iterator[str]:
     """Say which inputs left the ranges that their FMUs declare."""
     linked = zip((link.target for link in system.links), run.inputs.T, strict=True)
-    given = (
-        (pin, np.array([course(t) for t in run.time])) for pin, course in system.courses.items()
-    )
+    constant = [
+        (pin, np.full(len(run.time), value))
+        for name, values in system.parameters.items()
+        for variable, value in values.items()
+        if system.variable(pin := Pin(name, variable)).causality == "input"
+        and pin not in system.courses
+        and pin not in {link.target for link in system.links}
+    ]
+    given = [
+        *(
+            (pin, np.array([course(t) for t in run.time]))
+            for pin, course in system.courses.items()
+        ),
+        *constant,
+    ]
     for pins, remedy in (
         (linked, "; if it grows on and on, take shorter steps or an implicit method"),
         (given, ""),

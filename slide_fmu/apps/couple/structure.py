@@ -166,6 +166,7 @@ def coupled_system(
     for name, value in parameters.items():
         pin = _pin(bare, name)
         _require_number(name, value, bare.variable(pin).type)
+        _require_in_range(name, value, bare.variable(pin))
         values[pin.component][pin.variable] = value
     return CoupledSystem(paths, descriptions, links, values, courses)
 
@@ -194,6 +195,22 @@ def _require_number(name: str, value: Any, kind: str) -> None:
         raise ValueError(f"{name} = {value}; expected a finite number")
     if kind not in (*REALS, "Float32") and not float(value).is_integer():
         raise ValueError(f"{name} = {value:g}; expected a whole number, since its type is {kind}")
+
+
+def _require_in_range(name: str, value: Any, variable: Any) -> None:
+    """Refuse the value of a parameter outside of the range that its FMU declares.
+
+    An input may leave its range, which gets a remark.
+    """
+    if variable.causality != "parameter" or not isinstance(value, numbers.Real):
+        return
+    ends = declared(variable, "min"), declared(variable, "max")
+    low, high = (None if end is None else float(end) for end in ends)
+    number = float(value)
+    if (low is not None and number < low) or (high is not None and number > high):
+        shown = " .. ".join("" if end is None else f"{end:g}" for end in (low, high))
+        text = f"{shown}, the range that its FMU declares: choose a value in it"
+        raise ValueError(f"{name} = {number:g}; expected {text}")
 
 
 def _description(name: str, path: Path) -> Any:

@@ -59,7 +59,10 @@ def test_step_of_a_model_without_modes_is_asked_for(tmp_path: Path) -> None:
         looked(tmp_path / "still.py", text)
 
 
-@pytest.mark.parametrize("mass", ["0.5", "10.0"])
+@pytest.mark.parametrize(
+    "mass",
+    ["0.5", pytest.param("10.0", marks=pytest.mark.extended)],  # kg; slow
+)
 def test_free_mass_under_a_force_is_refused_before_a_step_is_sought(
     tmp_path: Path, mass: str
 ) -> None:

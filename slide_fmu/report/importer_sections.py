@@ -14,8 +14,8 @@ from slide_fmu.validation.plain_call import TEXT
 LOOPS = (
     "Where the output decides the input, an error goes round the loop. The surrogate's slopes and "
     "the partner say how many times as large the error of the output becomes by that, at the "
-    "frequency where it grows most: for the smallest, middle and largest values of the partner "
-    "together."
+    "frequency where it grows most: the median over places of the measured motions, for the "
+    "smallest, middle and largest values of the partner together."
 )
 
 
@@ -61,8 +61,8 @@ def loop_sections(found: Sequence[LoopFigures]) -> list[ReportSection]:
 def loop_sentences(found: Sequence[LoopFigures]) -> list[str]:
     """Say what becomes of an error of the output in loops, a sentence for each partner."""
     return [
-        f"In a loop with {one.partner} at {one.input}, an error of {one.output} becomes at most "
-        f"{_becomes(one)}, which is at {one.hz:.2g} Hz."
+        f"In a loop with {one.partner} at {one.input}, an error of {one.output} becomes about "
+        f"{_becomes(one)} at {one.hz:.2g} Hz, where it grows most."
         for one in found
     ]
 

@@ -89,5 +89,5 @@ def test_recipe_with_a_loop_reports_its_errors_and_gains(tmp_path: Path) -> None
     page = learnt.report.read_text("utf-8")
     for text in (card, page):
         assert "in a loop with a mass of 1 to 20 kg: force moves it" in text
-        assert "an error of force becomes at most" in text
+        assert "an error of force becomes about" in text
     assert "| loop | 0.5 | output force; input body; mass 1.0 .. 20.0 |" in card

@@ -73,16 +73,27 @@ def test_other_systems_without_fading_memory_are_let_through(model: Any) -> None
     assert integral(load_system(model())) is None
 
 
-@pytest.mark.extended
-@pytest.mark.parametrize("step", [None, 0.1])
-def test_init_refuses_an_integral_and_proposes_nothing(tmp_path: Path, step: float | None) -> None:
-    place = tmp_path / "mass.py"
+def refuse(folder: Path, step: float | None, damping: float) -> list[int]:
+    """Expect ``init`` to refuse a free mass, and return the progress that it showed before."""
+    place, shown = folder / "mass.py", list[int]()
     place.write_text(
         'inputs = {"force": {"unit": "N", "range": [-10, 10]}}\n'
         'outputs = {"position": "m"}\nstart = [0.0, 0.0]\n'
-        "def f(x, u, p):\n    return [x[1], u[0] / 2]\n"
+        f"def f(x, u, p):\n    return [x[1], (u[0] - {damping} * x[1]) / 2]\n"
         "def g(x, u, p):\n    return [x[0]]\n",
         encoding="utf-8",
     )
     with refused(NotForgettingError, "a free direction", "No window can hold it"):
-        propose(Wish(str(place), step=step), lambda done, total, error=None: None)
+        propose(Wish(str(place), step=step), lambda done, total, error=None: shown.append(done))
+    return shown
+
+
+@pytest.mark.extended
+@pytest.mark.parametrize("step", [None, 0.1])
+def test_init_refuses_an_integral_and_proposes_nothing(tmp_path: Path, step: float | None) -> None:
+    refuse(tmp_path, step, damping=0.0)
+
+
+@pytest.mark.parametrize("damping", first([4.0, 0.2]))  # N s/m; a small one takes longer to show
+def test_init_refuses_a_damped_mass_before_it_seeks_a_step(tmp_path: Path, damping: float) -> None:
+    assert refuse(tmp_path, None, damping) == []

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.progress import quiet
-from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.propose.first_look import Looking, look
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
@@ -57,18 +56,3 @@ def test_step_of_a_model_without_modes_is_asked_for(tmp_path: Path) -> None:
     text = MODEL.replace("return [x[1], -force(x, u, p, du) / M]", "return [0 * x[0], 0 * x[1]]")
     with refused(LoadError, "give --step SECONDS"):
         looked(tmp_path / "still.py", text)
-
-
-@pytest.mark.parametrize(
-    "mass",
-    ["0.5", pytest.param("10.0", marks=pytest.mark.extended)],  # kg; slow
-)
-def test_free_mass_under_a_force_is_refused_before_a_step_is_sought(
-    tmp_path: Path, mass: str
-) -> None:
-    text = MODEL.replace("10.0", mass).replace(
-        "return K * (x[0] - u[0]) + D * (x[1] - du[0])", "return x[1] - u[0]"
-    )
-    text = text.replace("return [force(x, u, p, du)]", "return [x[0]]")
-    with refused(NotForgettingError, "an integral or a free direction", "fix the free direction"):
-        looked(tmp_path / "free.py", text)

@@ -151,8 +151,8 @@ def test_sentence_names_signals_partner_and_frequency() -> None:
         output="force", input="body", partner="a mass of 300 kg", gain=1.4321, hz=1.234
     )
     assert loop_sentences([one]) == [
-        "In a loop with a mass of 300 kg at body, an error of force becomes at most 1.4 times as "
-        "large, which is at 1.2 Hz."
+        "In a loop with a mass of 300 kg at body, an error of force becomes about 1.4 times as "
+        "large at 1.2 Hz, where it grows most."
     ]
     (section,) = loop_sections([one])
     assert section.text.endswith(loop_sentences([one])[0])

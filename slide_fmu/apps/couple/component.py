@@ -294,10 +294,8 @@ def opened(
         )
     if AT_STEP_END in system.names(name, "parameter"):
         values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
-    if inputs == "reached" and values.get(PREHISTORY_KNOWN) == 1.0:
-        del values[
-            PREHISTORY_KNOWN
-        ]  # set once the first inputs are known, which have always acted
+    if is_ours(description) and inputs == "reached" and values.get(PREHISTORY_KNOWN) == 1.0:
+        del values[PREHISTORY_KNOWN]  # ``begin`` sets it, once the first inputs are known
     left = apply_start_values(slave.calls, description, values, settable_in_instantiated)
     slave.enter_initialization(0.0)
     if left:

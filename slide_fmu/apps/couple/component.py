@@ -71,6 +71,7 @@ class Component:
         feeds_through: whether an output depends on linked inputs of the same time.
         follows: the same of linked inputs and courses.
         given: names of the variables to which users give start values.
+        knows_past: whether an FMU of ours learns that its first inputs have always acted.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Component:
     feeds_through: bool = True
     follows: bool = True
     given: Collection[str] = ()
+    knows_past: bool = False
 
     def __post_init__(self) -> None:
         references = {v.name: v.valueReference for v in self.description.modelVariables}
@@ -242,13 +244,13 @@ class Component:
             self.slave.set_real(self._set, all_)
 
     def begin(self) -> None:
-        """Leave initialization; to an FMU of ours, the first inputs have always acted.
+        """Leave initialization, before which an FMU of ours may learn its past.
 
-        Users may give other values of the past.
+        Users may give other values of it.
         """
         variables = self.description.modelVariables
         names = {v.name: v.valueReference for v in variables}
-        if self.ours and self.inputs == "reached":
+        if self.knows_past:
             inputs = [v.name for v in variables if v.causality == "input"]
             first = self.slave.get_real([names[name] for name in inputs])
             pairs = {INITIAL.replace("{signal}", k): u for k, u in zip(inputs, first, strict=True)}
@@ -294,8 +296,11 @@ def opened(
         )
     if AT_STEP_END in system.names(name, "parameter"):
         values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
-    if is_ours(description) and inputs == "reached" and values.get(PREHISTORY_KNOWN) == 1.0:
-        del values[PREHISTORY_KNOWN]  # ``begin`` sets it, once the first inputs are known
+    asked, knows_past = values.get(PREHISTORY_KNOWN) == 1.0, False
+    if is_ours(description) and inputs != "forecast":
+        knows_past = asked or inputs == "reached"
+        if asked:
+            del values[PREHISTORY_KNOWN]  # ``begin`` sets it, once the first inputs are known
     left = apply_start_values(slave.calls, description, values, settable_in_instantiated)
     slave.enter_initialization(0.0)
     if left:
@@ -304,6 +309,7 @@ def opened(
             "parameters or inputs"
         )
     found = Component(name, slave, description, linked, *read, courses, inputs)
+    found.knows_past = knows_past
     found.own_step, found.given = fixed_step(description), list(values)
     return found
 

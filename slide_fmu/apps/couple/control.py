@@ -29,8 +29,8 @@ TURNS = 8
 class Taken(NamedTuple):
     """A Taken has communication points in s, (N,), with outputs (N, n_outputs), linked inputs
     (N, n_links) and watched variables (N, n_watched) at them, the iterations of each step, the
-    number of rejected steps, and words on inputs that zigzag at the end, which are empty if none
-    do."""
+    number of rejected steps, words on inputs that zigzag at the end, which are empty if none do,
+    and the RMS of what each linked input was wrong in a step, (n_links,)."""
 
     time: FloatArray
     outputs: FloatArray
@@ -39,6 +39,7 @@ class Taken(NamedTuple):
     iterations: list[int]
     rejected: int
     zigzag: str
+    missed: FloatArray
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     count = round(control.stop / control.step)
     times, outputs, inputs, watched = [0.0], [loop.outputs], [loop.inputs], [loop.watch()]
     iterations, rejected, halvings = [], 0, 0
+    missed = np.zeros(len(loop.inputs))  # sums of squares
     progress(0, count)
     place, one = 0, 1 << MOST_HALVINGS  # time in parts of the shortest step
     while place < count * one:
@@ -99,6 +101,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
             continue
         place += width
         iterations += [s.iterations for s in solution]
+        missed += sum((s.inputs - s.given) ** 2 for s in solution)
         times.append(place / one * control.step)
         outputs.append(loop.outputs)
         inputs.append(loop.inputs)
@@ -111,7 +114,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     all_outputs, all_inputs, all_watched = rows
     words = zigzag(loop, method, inputs)
     every = np.array(times), all_outputs, all_inputs, all_watched
-    return Taken(*every, iterations, rejected, words)
+    return Taken(*every, iterations, rejected, words, np.sqrt(missed / len(iterations)))
 
 
 def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:

@@ -149,6 +149,12 @@ class Loop:
         start, mean, end = map(self.values, (self.outputs, stepped.mean, stepped.end))
         return self.mix.start * start + self.mix.mean * mean + self.mix.end * end
 
+    def carried(self, stepped: StepOutputs) -> FloatArray:
+        """Return what links have carried over an explicit step, (n_links,)."""
+        start, end = map(self.values, (self.outputs, stepped.end))
+        onward = np.where(self.held, 0.5 * (start + end), end)
+        return np.where(self.discrete, start, onward)
+
     def slopes(self, stepped: StepOutputs) -> FloatArray:
         """Return the derivatives of ``given`` by the linked inputs, (n_links, n_links)."""
         assert stepped.slopes is not None

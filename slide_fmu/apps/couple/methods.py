@@ -27,7 +27,8 @@ class Solution(NamedTuple):
     """A Solution has the outputs of a step, the linked inputs, and the number of iterations.
 
     ``guess`` are the linked inputs that an explicit step would have taken; ``given`` are those
-    that the outputs give, from which the next steps continue.
+    that the outputs give. Implicit steps continue from these; in explicit ones they tell how far
+    ``inputs`` were wrong.
     """
 
     stepped: StepOutputs
@@ -71,7 +72,7 @@ class Explicit(Method):
         guess = now.copy()
         if not self._sequential:
             loop.step(range(len(all_)), time, length, now, stepped)
-            return Solution(stepped, now, 1, guess, now)
+            return Solution(stepped, now, 1, guess, loop.carried(stepped))
         before, waits = loop.values(loop.outputs), ~loop.discrete
         for k in range(len(all_)):
             loop.step([k], time, length, now, stepped)
@@ -80,7 +81,7 @@ class Explicit(Method):
             new = loop.values(stepped.end)
             mean = np.where(loop.held, 0.5 * (before + new), new) if self._linear else new
             now = np.where(known & waits, mean, now)
-        return Solution(stepped, now, 1, guess, now)
+        return Solution(stepped, now, 1, guess, loop.carried(stepped))
 
 
 class EndlessError(CoSimulationError):

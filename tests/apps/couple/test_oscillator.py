@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,17 @@ def test_fmu_with_steps_of_one_length_is_given_no_shorter_ones(tmp_path: Path) -
         run(fixed, 0.02, control="halving", error=1e-9)
     with refused(ValueError, "only multiples of 0.005 s"):
         run(fixed, 0.015, stop=3.0, control="halving")
+
+
+@pytest.mark.parametrize("method", ["jacobi", "gauss_seidel"])
+def test_explicit_steps_that_are_wrong_by_much_say_so(parts: dict[str, Path], method: str) -> None:
+    long, short = (run(parts, step, method=method) for step in (0.04, 0.005))
+    assert error(long) > 0.5  # its energy grows
+    assert error(short) < 0.05
+    (remark,) = [one for one in long.figures.remarks if "assumed" in one]
+    assert re.search(r"differ from those that came out, by \d+(\.\d+)? % of its motion", remark)
+    assert "take shorter steps or an implicit method" in remark
+    assert not any("assumed" in one for one in short.figures.remarks)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,18 @@ def test_input_that_nothing_sets_has_always_had_its_start_value(known: dict[str,
     np.testing.assert_allclose(run["crank.deflection"], 0.0, atol=1e-4)  # a jump gives 0.1 m
 
 
+def test_past_that_is_known_is_that_of_the_first_inputs_unless_users_say_more() -> None:
+    def position(**past: float) -> float:
+        given = {"spring.force": 200.0, "spring.prehistory_known": 1.0}
+        more = {f"spring.{name}": value for name, value in past.items()}
+        run = slide.couple(SPRING, [], step=0.03, stop=0.3, parameters=given | more)
+        assert run["spring.position"][0] == pytest.approx(run["spring.position"][-1], rel=0.02)
+        return float(run["spring.position"][0])
+
+    assert position() == pytest.approx(position(initial_force=200.0), rel=1e-6)
+    assert abs(position()) > 1e-3
+
+
 def test_start_value_out_of_the_range_of_an_input_gets_a_remark() -> None:
     assert not any("leaves its range" in text for text in ride().figures.remarks)
     (remark,) = [t for t in ride(force=5000.0).figures.remarks if "leaves its range" in t]

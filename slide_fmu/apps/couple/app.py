@@ -8,6 +8,7 @@ APP = App(
     subcommands={"couple": "slide_fmu.apps.couple.command"},
     public={
         "couple": "slide_fmu.apps.couple.couple",
+        "write_ssp": "slide_fmu.apps.couple.ssp",
         "Coupled": "slide_fmu.apps.couple.result",
     },
 )

@@ -1,24 +1,26 @@
-"""SSP files (System Structure and Parameterization 1.0) are read as coupled systems."""
+"""SSP files (System Structure and Parameterization 1.0) hold coupled systems."""
 
 from __future__ import annotations
 
 import csv
 import posixpath
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
 import numpy as np
 
+from slide_fmu.apps.couple.structure import coupled_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.cosim.ssp import DESCRIPTION, STRUCTURE, Connection, write_system
 from slide_fmu.cosim.ssv import parameters_of, units_of
 
-STRUCTURE = "SystemStructure.ssd"
-SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
+SSD = f"{{{DESCRIPTION}}}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 FMU_KIND = "application/x-fmu-sharedlibrary"
 
@@ -190,6 +192,33 @@ def _parameters(
             found |= parameters_of(content, place)
             units |= units_of(content)
     return found, units
+
+
+def write_ssp(
+    path: str | Path,
+    fmus: Mapping[str, str | Path],
+    connections: Iterable[tuple[str, str]],
+    *,
+    parameters: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write several FMUs and their connections as one SSP file, for this and other tools.
+
+    Args:
+        path: file to write, ending in ``.ssp``; an old file is replaced as a whole.
+        fmus, connections, parameters: as in ``couple``.
+
+    Returns:
+        The path.
+
+    Raises:
+        CoSimulationError: an FMU is not for co-simulation.
+        FmuError: a file is no FMU.
+        OSError: the file cannot be written.
+        ValueError: the path does not end in ``.ssp``, or a name, a unit or a connection is wrong.
+    """
+    path, system = Path(path), coupled_system(fmus, connections, parameters or {}, {})
+    links = [Connection(link.source, link.target) for link in system.links]
+    return write_system(path, path.stem, system.paths, links, system.parameters)
 
 
 def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:

@@ -10,11 +10,11 @@ import numpy as np
 
 from slide_fmu.apps.reference.input_source import write_input_source
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
-from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
+from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import Provenance, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
@@ -107,7 +107,7 @@ def write_side_by_side(
         alike = as_the_reference(fmu, surrogate, found, Path(folder) / "surrogate.fmu")
         components = {"inputs": source, "reference": reference, "surrogate": alike}
         given = {"reference": values, "surrogate": values} if values else {}
-        write_ssp(path, surrogate.name, components, connections, given)
+        write_system(path, surrogate.name, components, connections, given)
     own = bool(values) and own_fmu(case.reference, values) is not None
     remarks = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
     return path, "; ".join(remarks) or None

@@ -12,7 +12,8 @@ import pytest
 import slide_fmu as slide
 from tests.acceptance.conftest import invoke
 from tests.marks import needs_app
-from tests.own_models.halves.cut_car import road
+from tests.own_models.halves.cut_car import LINKS, road
+from tests.refusals import refused
 
 DUFFING = Path(__file__).parents[3] / "fmus" / "duffing" / "duffing.fmu"
 STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
@@ -89,6 +90,22 @@ def test_start_values_of_the_ssp_are_used(car: Path, tmp_path: Path) -> None:
         tables.append(np.genfromtxt(place, delimiter=",", names=True, deletechars=""))
     light, heavy = (table["upper.position"][3] for table in tables)
     assert light < heavy < 0.01
+
+
+def test_ssp_from_python_is_the_same_system(halves: dict[str, Path], tmp_path: Path) -> None:
+    given = {"upper.mass": 25.0, "upper.start": 0.01}
+    ssp = slide.write_ssp(tmp_path / "car.ssp", halves, LINKS, parameters=given)
+    run = slide.couple(halves, LINKS, step=0.02, stop=0.4, parameters=given, moving=["lower"])
+    place = tmp_path / "out.csv"
+    arguments = ("--step", 0.02, "--stop", 0.4, "--moving", "lower", "-o", place)
+    result = invoke("couple", ssp, *arguments, "--report", tmp_path)
+    assert result.exit_code == 0, result.output
+    table = np.genfromtxt(place, delimiter=",", names=True, deletechars="")
+    np.testing.assert_allclose(table["upper.position"], run["upper.position"], rtol=1e-8)
+    with refused(ValueError, "'lower.speed'", "expected"):
+        slide.write_ssp(tmp_path / "car.ssp", halves, [("lower.speed", "upper.force")])
+    with refused(ValueError, "ending in .ssp"):
+        slide.write_ssp(tmp_path / "car.zip", halves, LINKS)
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 
-from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
@@ -106,7 +106,7 @@ def test_importer_runs_a_loop_with_a_controller_as_numpy_does(
         Connection(("duffing", "position"), ("controller", "position")),
     ]
     components = {"controller": controller, "duffing": DUFFING}
-    ssp = write_ssp(tmp_path / "loop.ssp", "loop", components, connections)
+    ssp = write_system(tmp_path / "loop.ssp", "loop", components, connections)
     found = run(ssp, [("duffing", "position")], STEP, LOOP_STEPS)
     assert np.ptp(closed_loop) > 0.2
     np.testing.assert_allclose(found, closed_loop, rtol=0, atol=SAME)
@@ -262,9 +262,9 @@ def test_ssp_of_the_same_fmus_has_the_same_bytes(
     controller: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     components = {"controller": controller, "duffing": DUFFING}
-    one = write_ssp(tmp_path / "one.ssp", "loop", components, [])
+    one = write_system(tmp_path / "one.ssp", "loop", components, [])
     monkeypatch.setattr(time, "time", lambda: 2e9)
-    two = write_ssp(tmp_path / "two.ssp", "loop", components, [])
+    two = write_system(tmp_path / "two.ssp", "loop", components, [])
     assert one.read_bytes() == two.read_bytes()
 
 
@@ -300,10 +300,10 @@ def test_ssp_of_fmus_that_do_not_fit_is_refused_with_the_names(
     tmp_path: Path, controller: Path
 ) -> None:
     with refused(ValueError, "ending in .ssp"):
-        write_ssp(tmp_path / "loop.zip", "loop", {"controller": controller}, [])
+        write_system(tmp_path / "loop.zip", "loop", {"controller": controller}, [])
     wrong = [Connection(("controller", "force"), ("controller", "force"))]
     with refused(ValueError, "controller.force: no input", "one of ['position']"):
-        write_ssp(tmp_path / "loop.ssp", "loop", {"controller": controller}, wrong)
+        write_system(tmp_path / "loop.ssp", "loop", {"controller": controller}, wrong)
     foreign = invoke("ssp", controller, "-o", tmp_path / "x.ssp")
     assert foreign.exit_code == 1
     assert "not made by slide-fmu" in foreign.output

@@ -11,8 +11,8 @@ import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
 
 from mbs_models.oscillators import LinearOscillator
-from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.cosim.ssv import parameter_set, read_parameter_set
 from slide_fmu.fmu.export import load
 from slide_fmu.recipe.writing import tables_text
@@ -84,7 +84,7 @@ def test_changed_ssv_files_set_other_values(run: Importer, ssp: Path, tmp_path: 
     components = {name: tmp_path / f"resources/{name}.fmu" for name, _ in OUTPUTS}
     connections = [Connection(OUTPUTS[0], (name, "force")) for name in ("reference", "surrogate")]
     given = {name: {"mass": OTHER} for name in ("reference", "surrogate")}
-    other = write_ssp(tmp_path / "other.ssp", "open", components, connections, given)
+    other = write_system(tmp_path / "other.ssp", "open", components, connections, given)
     options = ("parameters",) if run is run_ecos else ()
     force, reference, surrogate = run(other, OUTPUTS, STEP, STEPS, *options).T
     assert relative_error(surrogate, reference) < SMALL

@@ -11,8 +11,8 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
 
-from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.cosim.ssv import SET
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -46,7 +46,7 @@ def ssp(surrogate: Surrogate, tmp_path_factory: pytest.TempPathFactory) -> Path:
     output, (signal,) = surrogate.outputs[0].name, surrogate.inputs
     connections = [Connection(("plant", output), ("other", signal.name))]
     components = {"plant": fmu, "other": fmu}
-    return write_ssp(folder / "two.ssp", "two", components, connections, {"plant": GIVEN})
+    return write_system(folder / "two.ssp", "two", components, connections, {"plant": GIVEN})
 
 
 def expected(surrogate: Surrogate) -> float:
@@ -89,7 +89,7 @@ def test_fmpy_takes_parameters_of_components(surrogate: Surrogate, tmp_path: Pat
         Connection((one, output), (two, signal.name))
         for one, two in (("plant", "other"), ("other", "plant"))
     ]
-    ssp = write_ssp(tmp_path / "loop.ssp", "loop", {"plant": fmu, "other": fmu}, loop)
+    ssp = write_system(tmp_path / "loop.ssp", "loop", {"plant": fmu, "other": fmu}, loop)
     values = [
         SimpleNamespace(name=f"plant.{name}", value=str(value)) for name, value in GIVEN.items()
     ]
@@ -118,4 +118,4 @@ def in_a_loop(surrogate: Surrogate, steps: int) -> FloatArray:
 
 def test_parameters_of_an_unknown_component_are_refused(ssp: Path) -> None:
     with refused(ValueError, "expected components out", "parameters of"):
-        write_ssp(ssp.with_name("x.ssp"), "x", {}, [], {"arm": {"mass": 1.0}})
+        write_system(ssp.with_name("x.ssp"), "x", {}, [], {"arm": {"mass": 1.0}})

@@ -12,8 +12,8 @@ import numpy as np
 from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.ssp import read_ssp
 from slide_fmu.apps.reference.input_source import write_input_source
-from slide_fmu.apps.reference.ssp import Connection, write_ssp
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.cosim.ssp import Connection, write_system
 from tests.acceptance.importers import Outputs, run_ecos, run_fmpy, run_libcosim
 from tests.own_models.halves.cut_car import LINKS, road
 
@@ -41,7 +41,7 @@ def write_car_ssp(path: Path, halves: Mapping[str, Path], step: float, stop: flo
             (a.split("."), b.split(".")) for a, b in [("inputs.road", "lower.road"), *LINKS]
         )
     ]
-    return write_ssp(path, "car", {"inputs": source, **halves}, connections)
+    return write_system(path, "car", {"inputs": source, **halves}, connections)
 
 
 def ours(ssp: Path, outputs: Outputs, step: float, steps: int, **options: Any) -> FloatArray:

@@ -25,7 +25,7 @@ class Connection(NamedTuple):
     end: tuple[str, str]
 
 
-def write_ssp(
+def write_system(
     path: Path,
     name: str,
     components: Mapping[str, Path],

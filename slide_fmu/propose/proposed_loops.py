@@ -103,7 +103,10 @@ def _proposed(pair: str, specification: Specification, step: float) -> DraftLoop
     _require_holding(pair, at, answer)
     loop = LoopRecipe(output=output, input=input, weight=WEIGHT, **partner)
     hertz = f"{slow / (2 * math.pi):.2g} to {fast / (2 * math.pi):.2g} Hz"
-    found = f"The loop has natural frequencies of about {hertz}. " if at.force_out else ""
+    steps = f"{FASTEST} to {FASTEST * BAND:g} steps"
+    found = ""
+    if at.force_out:
+        found = f"With such a partner, the loop oscillates at about {hertz}, in {steps}. "
     return DraftLoop(
         {"output": output, "input": input, "weight": WEIGHT, **partner},
         (

@@ -52,11 +52,12 @@ def ssp(
 ) -> None:
     """Write an FMU, its model and unseen inputs as one SSP. This runs the code of the model."""
     from slide_fmu.apps.reference.side_by_side import write_side_by_side
-    from slide_fmu.cosim.ssv import read_parameter_set
+    from slide_fmu.cosim.ssv import read_parameter_set, units_of
 
     with errors():
         values = {} if parameters is None else read_parameter_set(parameters)
+        units = {} if parameters is None else units_of(parameters.read_bytes())
         values |= numbers_of("set", given)
-        path, remark = write_side_by_side(fmu, output, seed, duration, values)
+        path, remark = write_side_by_side(fmu, output, seed, duration, values, units)
     show_remark(remark)
     console.print(f"SSP     {path}")

@@ -66,6 +66,7 @@ def write_side_by_side(
     seed: int,
     duration: float | None,
     parameters: Mapping[str, float] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> tuple[Path, str | None]:
     """Write an FMU and its reference system, driven by the same unseen inputs, as SSP.
 
@@ -74,6 +75,7 @@ def write_side_by_side(
     components take them as values at the end of each step. The duration in s, without the lead-in,
     is the recipe's if None. Values of physical parameters, by name, are start values of both,
     since some importers read no SSV files; they are also in such files, where they can be changed.
+    Units that a file names for some of them must be those of the FMU.
 
     Returns:
         The path, and which importers do not run the SSP although they run others, if any.
@@ -82,11 +84,17 @@ def write_side_by_side(
         FmuError: the file is not an FMU of slide-fmu, or damaged.
         LoadError: the reference system cannot be made.
         ValueError: the path does not end in ``.ssp``, the duration is not positive, or a parameter
-            is not one of the FMU's, or its value lies outside its range.
+            is not one of the FMU's, or has another unit, or its value lies outside its range.
     """
     task = Task(seed, duration=duration)
     surrogate, found = read_fmu(fmu)
     surrogate = surrogate.starting_at(parameters or {})
+    for parameter in surrogate.parameters:
+        if (unit := (units or {}).get(parameter.name, parameter.unit)) != parameter.unit:
+            raise ValueError(
+                f"parameter {parameter.name!r} has the unit {unit!r}; expected "
+                f"{parameter.unit!r}, as in {fmu}: convert the value"
+            )
     values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     make_models_importable(fmu)
     recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)

@@ -121,6 +121,7 @@ MISTAKES = {
     "range": ("--set mass=5", "'mass' = 5.0 kg; expected a number in its range, 1 .. 2 kg"),
     "number": ("--set mass=heavy", "--set mass=heavy; expected a number behind ="),
     "file of another FMU": ("--parameters other.ssv", "parameter 'arm'; expected one of ['mass']"),
+    "unit": ("--parameters grams.ssv", "'mass' has the unit 'g'; expected 'kg'"),
     "no file": ("--parameters nowhere.ssv", "'nowhere.ssv': there is no such file or folder"),
     "no XML": ("--parameters text.ssv", "text.ssv is no XML document"),
     "other XML": ("--parameters page.ssv", "begins with the element 'html'; expected an SSV"),
@@ -133,6 +134,8 @@ def test_mistakes_are_refused_in_words(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("other.ssv").write_bytes(parameter_set({"arm": 1.0}))
+    grams = parameter_set({"mass": 1.5}).replace(b"Real value", b'Real unit="g" value')
+    Path("grams.ssv").write_bytes(grams)
     Path("text.ssv").write_text("mass = 1.8", encoding="utf-8")
     Path("page.ssv").write_text("<html></html>", encoding="utf-8")
     options, message = MISTAKES[case]

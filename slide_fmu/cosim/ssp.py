@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -17,6 +18,9 @@ DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 COMMON = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 OF_PARAMETERS = "application/x-ssp-parameter-set"
 
+LONGEST = 80
+"""Largest number of letters of a component's name in the names of its files."""
+
 
 class Connection(NamedTuple):
     """A Connection leads from an output of a component to an input of a component."""
@@ -30,7 +34,7 @@ def write_system(
     name: str,
     components: Mapping[str, Path],
     connections: Sequence[Connection],
-    parameters: Mapping[str, Mapping[str, float]] | None = None,
+    parameters: Mapping[str, Mapping[str, float | bool]] | None = None,
 ) -> Path:
     """Write FMUs and how they are connected; the same arguments give the same bytes.
 
@@ -42,7 +46,8 @@ def write_system(
         components: FMUs for co-simulation by the names of their instances.
         connections: connections between them.
         parameters: values of parameters by name, by the names of components; each has a file
-            ``resources/COMPONENT.ssv``.
+            ``resources/COMPONENT.ssv``. In names of files, ``_`` stands for whatever a URI does
+            not have.
 
     Returns:
         The path.
@@ -50,8 +55,8 @@ def write_system(
     Raises:
         FmuError: a component is not a readable FMU.
         OSError: the file cannot be written.
-        ValueError: the path does not end in ``.ssp``, a connection names an unknown connector, or
-            parameters name an unknown component.
+        ValueError: the path does not end in ``.ssp``, a connection names an unknown connector,
+            parameters name an unknown component, or a name has characters that XML has not.
     """
     if path.suffix != ".ssp":
         raise ValueError(f"SSP {str(path)!r}; expected a name ending in .ssp")
@@ -65,14 +70,30 @@ def write_system(
             f"SSP with parameters of {sorted(values)}; expected components out of "
             f"{sorted(components)}"
         )
-    members = {f"resources/{component}.fmu": fmu for component, fmu in components.items()}
-    contents = {member: fmu.read_bytes() for member, fmu in members.items()}
-    files = {
-        f"resources/{component}.ssv": parameter_set(values[component]) for component in values
-    }
-    structure = _structure(name, kinds, connections, sorted(values))
+    places = _places(components)
+    contents = {f"{places[one]}.fmu": fmu.read_bytes() for one, fmu in components.items()}
+    files = {f"{places[one]}.ssv": parameter_set(values[one]) for one in values}
+    structure = _structure(name, kinds, connections, places, sorted(values))
     write_zip(path, {STRUCTURE: structure, **contents, **files})
     return path
+
+
+def _places(components: Collection[str]) -> dict[str, str]:
+    """Return where each component has its files, without their suffix."""
+    found: dict[str, str] = {}
+    for component in components:
+        if not component.isprintable():
+            raise ValueError(
+                f"SSP component {component!r}; expected a name without control characters: "
+                "rename it"
+            )
+        stem = re.sub(r"[^A-Za-z0-9_-]", "_", component)[:LONGEST]
+        place = f"resources/{stem}"
+        # some file systems take capital letters for small ones
+        if place.lower() in {one.lower() for one in found.values()}:
+            place = f"{place}_{len(found)}"
+        found[component] = place
+    return found
 
 
 _Connectors = Mapping[str, tuple[str, str]]
@@ -106,6 +127,7 @@ def _structure(
     name: str,
     kinds: Mapping[str, _Connectors],
     connections: Sequence[Connection],
+    places: Mapping[str, str],
     parametrised: Sequence[str],
 ) -> bytes:
     """Write the XML document of the structure; some components have files of parameters."""
@@ -117,14 +139,14 @@ def _structure(
     system = _add(root, "System", name=name)
     elements = _add(system, "Elements")
     for component, connectors in kinds.items():
-        kind, source = "application/x-fmu-sharedlibrary", f"resources/{component}.fmu"
+        kind, source = "application/x-fmu-sharedlibrary", f"{places[component]}.fmu"
         element = _add(elements, "Component", name=component, type=kind, source=source)
         parent = _add(element, "Connectors")
         for connector, (causality, of_type) in connectors.items():
             child = _add(parent, "Connector", name=connector, kind=causality)
             ElementTree.SubElement(child, f"{{{COMMON}}}{of_type}")
         if component in parametrised:
-            bindings, place = _add(element, "ParameterBindings"), f"resources/{component}.ssv"
+            bindings, place = _add(element, "ParameterBindings"), f"{places[component]}.ssv"
             _add(bindings, "ParameterBinding", type=OF_PARAMETERS, source=place)
     parent = _add(system, "Connections") if connections else system  # the schema requires one
     for connection in connections:

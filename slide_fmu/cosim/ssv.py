@@ -15,15 +15,25 @@ SET = "parameters"
 NUMBERS = {f"{{{NAMESPACE}}}{kind}" for kind in ("Real", "Integer")}
 """Elements whose attribute ``value`` is a number."""
 
+BOOLEAN, TRUTHS = f"{{{NAMESPACE}}}Boolean", {"true": "1", "false": "0"}
+"""Elements whose attribute ``value`` is one of these words, and the numbers for them."""
 
-def parameter_set(values: Mapping[str, float]) -> bytes:
-    """Write values of a component's parameters, by name, as the XML document of an SSV file."""
+
+def parameter_set(values: Mapping[str, float | bool]) -> bytes:
+    """Write values of a component's parameters, by name, as the XML document of an SSV file.
+
+    Their types there are those in Python: ``Real``, ``Integer`` or ``Boolean``.
+    """
     ElementTree.register_namespace("ssv", NAMESPACE)
     root = ElementTree.Element(f"{{{NAMESPACE}}}ParameterSet", version="1.0", name=SET)
     parent = ElementTree.SubElement(root, f"{{{NAMESPACE}}}Parameters")
     for name, value in values.items():
         child = ElementTree.SubElement(parent, f"{{{NAMESPACE}}}Parameter", name=name)
-        ElementTree.SubElement(child, f"{{{NAMESPACE}}}Real", value=repr(float(value)))
+        kind, text = "Real", repr(float(value))
+        if isinstance(value, bool | int):
+            kind = "Boolean" if isinstance(value, bool) else "Integer"
+            text = str(value).lower()
+        ElementTree.SubElement(child, f"{{{NAMESPACE}}}{kind}", value=text)
     return document(root)
 
 
@@ -77,12 +87,14 @@ def units_of(content: bytes) -> dict[str, str]:
 
 def _number(path: str, parameter: ElementTree.Element) -> float:
     """Return the value of an element ``Parameter``, whose only child is named by its type."""
-    texts = [child.get("value", "") for child in parameter if child.tag in NUMBERS]
+    texts = [child.get("value", "") for child in parameter if child.tag in {*NUMBERS, BOOLEAN}]
+    if parameter.find(BOOLEAN) is not None:
+        texts = [TRUTHS.get(text, text) for text in texts]
     try:
         (text,) = texts
         return float(text)
     except ValueError:
         raise ValueError(
-            f"{path}: parameter {parameter.get('name')!r} has the values {texts} of type Real or "
-            "Integer; expected one number: physical parameters are numbers"
+            f"{path}: parameter {parameter.get('name')!r} has the values {texts} of type Real, "
+            "Integer or Boolean; expected one number, or true or false"
         ) from None

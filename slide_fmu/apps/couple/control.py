@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slide_fmu.apps.couple.component import LostError
-from slide_fmu.apps.couple.loop import Loop
+from slide_fmu.apps.couple.loop import SMALL, Loop
 from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
@@ -22,6 +22,10 @@ MOST_HALVINGS = 10
 EASY = 0.1
 """A step is doubled where its error is smaller than this part of the allowed one."""
 
+USUAL, ROUNDED = 0.95, 1000.0
+"""Steps are usually wrong by less than this quantile; a motion has at least this number of
+roundings."""
+
 TURNS = 8
 """Linked inputs that turned back in each of this number of steps, and grew, zigzag."""
 
@@ -30,7 +34,7 @@ class Taken(NamedTuple):
     """A Taken has communication points in s, (N,), with outputs (N, n_outputs), linked inputs
     (N, n_links) and watched variables (N, n_watched) at them, the iterations of each step, the
     number of rejected steps, words on inputs that zigzag at the end, which are empty if none do,
-    and the RMS of what each linked input was wrong in a step, (n_links,)."""
+    and by which part of its motion each linked input was wrong in a step, (n_links,)."""
 
     time: FloatArray
     outputs: FloatArray
@@ -74,7 +78,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     count = round(control.stop / control.step)
     times, outputs, inputs, watched = [0.0], [loop.outputs], [loop.inputs], [loop.watch()]
     iterations, rejected, halvings = [], 0, 0
-    missed = np.zeros(len(loop.inputs))  # sums of squares
+    missed: list[FloatArray] = []
     progress(0, count)
     place, one = 0, 1 << MOST_HALVINGS  # time in parts of the shortest step
     while place < count * one:
@@ -101,7 +105,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
             continue
         place += width
         iterations += [s.iterations for s in solution]
-        missed += sum((s.inputs - s.given) ** 2 for s in solution)
+        missed.append(np.max([np.abs(s.inputs - s.given) for s in solution], axis=0))
         times.append(place / one * control.step)
         outputs.append(loop.outputs)
         inputs.append(loop.inputs)
@@ -114,7 +118,24 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     all_outputs, all_inputs, all_watched = rows
     words = zigzag(loop, method, inputs)
     every = np.array(times), all_outputs, all_inputs, all_watched
-    return Taken(*every, iterations, rejected, words, np.sqrt(missed / len(iterations)))
+    return Taken(*every, iterations, rejected, words, _parts(loop, all_inputs, np.array(missed)))
+
+
+def _parts(loop: Loop, inputs: FloatArray, missed: FloatArray) -> FloatArray:
+    """Return what linked inputs were wrong in a step, as parts of their motion so far, (n_links,).
+
+    Nineteen steps in twenty are wrong by less: a jump cannot be foreseen, but is soon over.
+    Rounding is no motion.
+
+    Args:
+        inputs: linked inputs at the communication points, (N, n_links).
+        missed: what they were wrong in each step, (N - 1, n_links).
+    """
+    moved = np.maximum.accumulate(np.abs(inputs - inputs[0]))[1:]
+    least = np.maximum(SMALL * np.abs(inputs[1:]), ROUNDED * loop.rounding)
+    motion = np.maximum(moved, least)
+    parts = np.divide(missed, motion, out=np.zeros_like(motion), where=motion > 0)
+    return np.asarray(np.quantile(parts, USUAL, axis=0))
 
 
 def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
@@ -153,9 +174,7 @@ def _tried(
     """
     time, length = when
     if control.kind is None:
-        found = method.step(loop, time, length)
-        _accept(loop, method, found, when)
-        return [found], 0.0
+        return [_accept(loop, method, method.step(loop, time, length), when)], 0.0
     begin, states = loop.mark(), loop.save(range(len(loop.components)))
     try:
         try:
@@ -186,24 +205,25 @@ def _taken(
     time, length = when
     first = method.step(loop, time, length)
     if control.kind == "predictor" and loop.solved:
-        _accept(loop, method, first, when)  # inputs that rested so far get their sizes here
+        first = _accept(loop, method, first, when)  # inputs at rest so far get their sizes here
         # the shorter the step, the less does it count for states
         error = loop.difference_of(first.inputs, first.guess) * length / control.step
         return [first], error
     loop.restore(states)
     taken, half = [], 0.5 * length
     for begin in (time, time + half):
-        found = method.step(loop, begin, half)
-        _accept(loop, method, found, (begin, half))
-        taken.append(found)
+        taken.append(_accept(loop, method, method.step(loop, begin, half), (begin, half)))
     return taken, loop.difference_of(*_both_ways(loop, first, taken))
 
 
-def _accept(loop: Loop, method: Method, found: Solution, when: tuple[float, float]) -> None:
-    """Go on to the end of a step that was found; its time and length are in s."""
+def _accept(loop: Loop, method: Method, found: Solution, when: tuple[float, float]) -> Solution:
+    """Go on to the end of a step that was found, and return it; its time and length are in s."""
     time, length = when
-    end = time + length if method.settles else None
+    end, before = time + length if method.settles else None, loop.values(loop.outputs)
     loop.accept(found.stepped, found.inputs, found.given, length, end)
+    if isinstance(method, Explicit):
+        return found._replace(given=loop.carried(before, found.stepped))
+    return found
 
 
 def _both_ways(

@@ -99,7 +99,7 @@ def mixed(
             )
     remarks += [
         f"{one.name} takes part explicitly, since its FMU cannot go back to a former state "
-        "(canGetAndSetFMUstate)"
+        "(canGetAndSetFMUstate): compare with a run at half the step"
         for one in components
         if options.method in IMPLICIT and not one.rolls_back and one.linked
     ]

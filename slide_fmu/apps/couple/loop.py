@@ -54,6 +54,8 @@ class Loop:
         inputs: linked inputs at the present time, (n_links,).
         solved: linked inputs of the last steps, the last one first, each with its length in s.
         last_change: change of the values that links carry, over the last step.
+        late: whether the value that a link carries still belongs to the middle of the last step,
+            since its source computes it there from held inputs, (n_links,).
     """
 
     components: Sequence[Component]
@@ -68,6 +70,7 @@ class Loop:
     inputs: FloatArray
     solved: list[tuple[FloatArray, float]] = field(default_factory=list)
     last_change: FloatArray = field(default_factory=lambda: np.zeros(0))
+    late: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     def __post_init__(self) -> None:
         self.discrete = self.mix.start == 1.0  # sources that are constant over a step
@@ -82,6 +85,12 @@ class Loop:
             for k, one in enumerate(self.components)
             if one.inputs == "held" and one.feeds_through and not sampled[self.parts[k]].any()
         ]
+        follow = np.zeros(len(self.outputs), dtype=bool)
+        for k in self._following:
+            follow[self.parts[k]] = True
+        self.following = follow[self.sources]
+        self.late = np.zeros(len(self.inputs), dtype=bool)
+        self.last_change = np.zeros(len(self.inputs))
 
     def motions_with(self, inputs: FloatArray) -> FloatArray:
         """Return how far linked inputs, (n_links,), have moved, at least a small part of them.
@@ -149,11 +158,14 @@ class Loop:
         start, mean, end = map(self.values, (self.outputs, stepped.mean, stepped.end))
         return self.mix.start * start + self.mix.mean * mean + self.mix.end * end
 
-    def carried(self, stepped: StepOutputs) -> FloatArray:
-        """Return what links have carried over an explicit step, (n_links,)."""
-        start, end = map(self.values, (self.outputs, stepped.end))
-        onward = np.where(self.held, 0.5 * (start + end), end)
-        return np.where(self.discrete, start, onward)
+    def carried(self, before: FloatArray, stepped: StepOutputs) -> FloatArray:
+        """Return what links carried over the explicit step that was accepted last, (n_links,).
+
+        ``before`` are their values at its beginning.
+        """
+        end = self.values(self.outputs)
+        of_middle = np.where(self.following, self.values(stepped.end), 0.5 * (before + end))
+        return np.where(self.discrete, before, np.where(self.held, of_middle, end))
 
     def slopes(self, stepped: StepOutputs) -> FloatArray:
         """Return the derivatives of ``given`` by the linked inputs, (n_links, n_links)."""
@@ -187,8 +199,15 @@ class Loop:
         values = self.values(self.outputs)
         if not linear or not self.solved:
             return values
-        part = length / self.solved[0][1] * np.where(self.held, 0.5, 1.0)
-        return np.asarray(values + np.where(self.discrete, 0.0, part * self.last_change))
+        onward = np.where(self.held, 0.5, 1.0) * self.change(length)
+        onward += np.where(self.late, 0.5 * self.last_change, 0.0)
+        return np.asarray(values + np.where(self.discrete, 0.0, onward))
+
+    def change(self, length: float) -> FloatArray:
+        """Return how the values of links change in a step, as in the last one, (n_links,)."""
+        if not self.solved:
+            return np.zeros(len(self.inputs))
+        return np.asarray(length / self.solved[0][1] * self.last_change)
 
     def guess(self, length: float) -> FloatArray:
         """Return linked inputs of the next step, continued from those that were solved for.
@@ -230,6 +249,7 @@ class Loop:
         self.outputs = stepped.end.copy()
         if time is not None:
             self.settle(time)
+        self.late = self.following & (self.values(self.outputs) == self.values(stepped.end))
         self.last_change = self.values(self.outputs) - before
         self.inputs = np.where(self.held, self.values(self.outputs), now)
         self.solved = [(given.copy(), length), *self.solved[: REMEMBERED - 1]]
@@ -256,8 +276,8 @@ class Loop:
 
     def mark(self) -> tuple[object, ...]:
         """Return what ``go_back`` needs to undo ``accept``; states of components are apart."""
-        values = self.outputs, self.inputs, list(self.solved), self.last_change, self.motions
-        return *values, self.sizes
+        values = self.outputs, self.inputs, list(self.solved), self.last_change, self.late
+        return *values, self.motions, self.sizes
 
     def go_back(self, mark: tuple[Any, ...]) -> None:
         """Undo what was accepted since a mark.
@@ -266,7 +286,7 @@ class Loop:
         size in a shorter one would make the error of that as large as before.
         """
         *others, sizes = mark
-        self.outputs, self.inputs, self.solved, self.last_change, self.motions = others
+        self.outputs, self.inputs, self.solved, self.last_change, self.late, self.motions = others
         self.sizes = np.where(sizes > self._least, sizes, self.sizes)
 
     def difference_of(self, values: FloatArray, others: FloatArray) -> float:

@@ -27,8 +27,8 @@ class Solution(NamedTuple):
     """A Solution has the outputs of a step, the linked inputs, and the number of iterations.
 
     ``guess`` are the linked inputs that an explicit step would have taken; ``given`` are those
-    that the outputs give. Implicit steps continue from these; in explicit ones they tell how far
-    ``inputs`` were wrong.
+    that the outputs give. Implicit steps continue from these; of explicit ones, they are known
+    once outputs have settled, and tell how far ``inputs`` were wrong.
     """
 
     stepped: StepOutputs
@@ -69,19 +69,23 @@ class Explicit(Method):
     def step(self, loop: Loop, time: float, length: float) -> Solution:
         """Take a step, in the order of the components."""
         now, stepped, all_ = loop.continued(length, self._linear), loop.empty(), loop.components
+        onward = 0.5 * loop.change(length)
         guess = now.copy()
         if not self._sequential:
             loop.step(range(len(all_)), time, length, now, stepped)
-            return Solution(stepped, now, 1, guess, loop.carried(stepped))
+            return Solution(stepped, now, 1, guess, now)
         before, waits = loop.values(loop.outputs), ~loop.discrete
         for k in range(len(all_)):
             loop.step([k], time, length, now, stepped)
             part, waits[loop.places[k]] = loop.parts[k], False
             known = np.array([part.start <= source < part.stop for source in loop.sources], bool)
             new = loop.values(stepped.end)
-            mean = np.where(loop.held, 0.5 * (before + new), new) if self._linear else new
-            now = np.where(known & waits, mean, now)
-        return Solution(stepped, now, 1, guess, loop.carried(stepped))
+            # an output that follows held inputs belongs to the middle of the step
+            of_middle = np.where(loop.held, new, new + onward)
+            of_end = np.where(loop.held, 0.5 * (before + new), new)
+            better = np.where(loop.following, of_middle, of_end) if self._linear else new
+            now = np.where(known & waits, better, now)
+        return Solution(stepped, now, 1, guess, now)
 
 
 class EndlessError(CoSimulationError):

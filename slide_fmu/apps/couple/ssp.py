@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from slide_fmu.apps.couple.structure import coupled_system
+from slide_fmu.apps.couple.structure import BOOLEAN, REALS, CoupledSystem, Pin, coupled_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.ssp import DESCRIPTION, STRUCTURE, Connection, write_system
@@ -205,7 +205,8 @@ def write_ssp(
 
     Args:
         path: file to write, ending in ``.ssp``; an old file is replaced as a whole.
-        fmus, connections, parameters: as in ``couple``.
+        fmus, connections, parameters: as in ``couple``; connections come from outputs. FMPy reads
+            no parameters from SSP files.
 
     Returns:
         The path.
@@ -214,11 +215,36 @@ def write_ssp(
         CoSimulationError: an FMU is not for co-simulation.
         FmuError: a file is no FMU.
         OSError: the file cannot be written.
-        ValueError: the path does not end in ``.ssp``, or a name, a unit or a connection is wrong.
+        ValueError: the path does not end in ``.ssp``, or a name, a value, a unit or a connection
+            is wrong.
     """
     path, system = Path(path), coupled_system(fmus, connections, parameters or {}, {})
     links = [Connection(link.source, link.target) for link in system.links]
-    return write_system(path, path.stem, system.paths, links, system.parameters)
+    given = {
+        name: {variable: _of_type(system, Pin(name, variable), value) for variable, value in pairs}
+        for name, pairs in ((name, values.items()) for name, values in system.parameters.items())
+    }
+    return write_system(path, path.stem, system.paths, links, given)
+
+
+def _of_type(system: CoupledSystem, pin: Pin, value: Any) -> float | bool:
+    """Return a start value as the type of its variable, which SSP names.
+
+    Raises:
+        ValueError: it is no such value.
+    """
+    kind = str(system.variable(pin).type)
+    number = bool if kind == BOOLEAN else float if kind in REALS else int
+    try:
+        found = number(value)
+        if kind != "String" and not isinstance(value, str) and found == value:
+            return found
+    except (TypeError, ValueError):
+        pass
+    raise ValueError(
+        f"parameters: {pin} = {value!r}, of type {kind}; expected a number, or True or False for "
+        "a Boolean: SSP files are written with these alone"
+    )
 
 
 def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:

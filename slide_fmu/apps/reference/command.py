@@ -57,7 +57,8 @@ def ssp(
     with errors():
         values = {} if parameters is None else read_parameter_set(parameters)
         units = {} if parameters is None else units_of(parameters.read_bytes())
-        values |= numbers_of("set", given)
+        values |= (own := numbers_of("set", given))
+        units = {name: unit for name, unit in units.items() if name not in own}
         path, remark = write_side_by_side(fmu, output, seed, duration, values, units)
     show_remark(remark)
     console.print(f"SSP     {path}")

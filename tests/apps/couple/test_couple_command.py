@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.ssp.ssd import read_ssd
 
 import slide_fmu as slide
+from slide_fmu.cosim.ssv import parameter_set, parameters_of
 from tests.acceptance.conftest import invoke
 from tests.marks import needs_app
 from tests.own_models.halves.cut_car import LINKS, road
@@ -106,6 +108,38 @@ def test_ssp_from_python_is_the_same_system(halves: dict[str, Path], tmp_path: P
         slide.write_ssp(tmp_path / "car.ssp", halves, [("lower.speed", "upper.force")])
     with refused(ValueError, "ending in .ssp"):
         slide.write_ssp(tmp_path / "car.zip", halves, LINKS)
+
+
+def test_ssp_keeps_names_and_types_of_any_kind(tmp_path: Path) -> None:
+    crank = DUFFING.parents[1] / "slider_crank" / "slider_crank.fmu"
+    names = ["a", "./a", "x/../a", "a b#1", "100%", "Ä" * 300]
+    given = {f"{name}.director_x": float(k == 1) for k, name in enumerate(names)}
+    given |= {f"{name}.director_y": float(k != 1) for k, name in enumerate(names)}
+    ssp = slide.write_ssp(tmp_path / "many.ssp", dict.fromkeys(names, crank), [], parameters=given)
+    read_ssd(str(ssp))  # it fits the schema
+    with zipfile.ZipFile(ssp) as archive:
+        assert all(".." not in name and name.isascii() for name in archive.namelist())
+    place = tmp_path / "out.csv"
+    arguments = ("--step", 0.03125, "--stop", 0.0625, "-o", place, "--report", tmp_path)
+    result = invoke("couple", ssp, *arguments)
+    assert result.exit_code == 0, result.output
+    table = np.genfromtxt(
+        place, delimiter=",", names=True, deletechars="", replace_space=" ", comments=None
+    )
+    ends = [table[f"{name}.deflection"][-1] for name in names]
+    assert [end != ends[0] for end in ends] == [False, True, False, False, False, False]
+    for name, value in (("a\x01b", {}), ("a", {"a.prehistory_known": "yes"})):
+        with refused(ValueError, "expected"):
+            slide.write_ssp(ssp, {name: crank}, [], parameters=value)
+    assert zipfile.is_zipfile(ssp)
+
+
+def test_booleans_and_integers_keep_their_types_in_a_parameter_set() -> None:
+    text = parameter_set({"flag": True, "count": 3, "mass": 2.0})
+    assert [words in text for words in (b'Boolean value="true"', b'Integer value="3"')] == [
+        True
+    ] * 2
+    assert parameters_of(text, "x.ssv") == {"flag": 1.0, "count": 3.0, "mass": 2.0}
 
 
 @pytest.mark.parametrize(

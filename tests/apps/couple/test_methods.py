@@ -139,8 +139,7 @@ def test_fmu_that_cannot_go_back_takes_part_explicitly_and_is_named(
 ) -> None:
     mixed = {**halves, "upper": write_halves(tmp_path, rollback=False)["upper"]}
     run = ride(mixed, 300.0, 0.01)
-    (remark,) = run.figures.remarks
-    assert remark.startswith("upper takes part explicitly")
+    assert run.figures.remarks[0].startswith("upper takes part explicitly")
     assert error(run, 300.0) < 0.05
     with refused(CoSimulationError, "component 'upper'", "leave control out"):
         ride(mixed, 300.0, 0.01, control="halving")

@@ -19,7 +19,8 @@ from slide_fmu.apps.couple.component import (
     opened,
 )
 from slide_fmu.apps.couple.control import MOST_HALVINGS, Control, Taken, run_steps
-from slide_fmu.apps.couple.initialization import initialized, instance_of
+from slide_fmu.apps.couple.initialization import initialized
+from slide_fmu.apps.couple.instance import instance_of
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions

@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.component import Component, LostError, range_of
+from slide_fmu.apps.couple.component import Component, LostError, opened, range_of
+from slide_fmu.apps.couple.instance import instance_of
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import CoSimulationError
@@ -41,12 +42,19 @@ def ask_whether_it_follows(system: CoupledSystem, one: Component, values: FloatA
 def try_whether_it_follows(
     system: CoupledSystem, one: Component, values: FloatArray, step: float
 ) -> None:
-    """Note the same by steps, where an FMU goes back and its description does not say it."""
+    """Note the same by short steps, where the description does not say it.
+
+    An FMU that cannot go back takes them in further instances.
+    """
     linked, courses = set(one.linked), _names_of_courses(system, one)
     undeclared = _declared(one, linked | courses) is None
-    if not one.outputs or not one.rolls_back or not linked | courses or not undeclared:
+    if not one.outputs or not linked | courses or not undeclared:
         return
-    found = _in_steps(one, 0.0, values, _changes(system, one, values), step)
+    changes = _changes(system, one, values)
+    if one.rolls_back:
+        found = _in_steps(one, 0.0, values, changes, step)
+    else:
+        found = _in_copies(system, one, values, changes, step)
     one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
     one.follows = one.follows or bool(found.any())
 
@@ -184,3 +192,52 @@ def _in_steps(
         component.slave.set_state(state)
         component.slave.free_state(state)
     return np.array(found, dtype=np.bool_)
+
+
+def _in_copies(
+    system: CoupledSystem,
+    one: Component,
+    values: FloatArray,
+    changes: Sequence[float],
+    step: float,
+) -> NDArray[np.bool_]:
+    """Return the same by steps of further instances, one for each input and one more."""
+    none = np.zeros(len(changes), dtype=np.bool_)
+    if one.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+        return none
+    try:
+        still, *moved = (
+            _soon_and_late(system, one, values, (index, changes), step)
+            for index in (None, *range(len(changes)))
+        )
+    except CoSimulationError:  # such steps are refused, or there cannot be so many instances
+        return none
+    pairs = (np.abs(other - still) for other in moved)
+    return np.array([bool(np.any((late > 0) & (soon > AT_ONCE * late))) for soon, late in pairs])
+
+
+def _soon_and_late(
+    system: CoupledSystem,
+    one: Component,
+    values: FloatArray,
+    moved: tuple[int | None, Sequence[float]],
+    step: float,
+) -> FloatArray:
+    """Return outputs of a new instance after a short and a longer time, (2, n_outputs).
+
+    An input, by its index, is moved once the instance has begun; ``moved`` has the changes too.
+    """
+    far, near = step / FAR_APART, step / APART - step / FAR_APART
+    lengths = (far, near) if one.own_step is None else (one.own_step,) * 2
+    time, found = 0.0, []
+    with instance_of(system, one.name) as slave:
+        copy = opened(system, one.name, slave, one.inputs, (one.outputs, ()))
+        copy.set_linked(values, 0.0)
+        copy.begin()
+        for length in lengths:
+            copy.set_all(values, 0.0, *moved)
+            slave.calls.doStep(time, length, True)
+            found.append(copy.read())
+            time += length
+        slave.terminate()
+    return np.array(found)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from typing import Any
+from collections.abc import Sequence
 
-import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
 
 from slide_fmu.apps.couple.agreement import agreed
-from slide_fmu.apps.couple.component import Component, LostError, is_ours, range_of
+from slide_fmu.apps.couple.component import Component, is_ours, range_of
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
 from slide_fmu.apps.couple.feedthrough import (
     ask_whether_it_follows,
@@ -22,8 +18,6 @@ from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import ImportedSlave, open_slave
-from slide_fmu.cosim.run import CoSimulationError, unpacked
 from slide_fmu.fmu.export import read_fmu
 
 ROUNDING, DOUBLE = 2e-6, 1e-15
@@ -34,59 +28,8 @@ SMALL_PART = 1e-6
 agree, however little they have moved so far. Other tools may declare anything; the ranges of a
 surrogate are those of its training, and count in full."""
 
-FATAL = 4
-"""Status of a call after which an FMU is lost."""
-
 SWEEPS = 10
 """Largest number of exchanges in which the first values of a circle of links are found."""
-
-
-@contextmanager
-def instance_of(system: CoupledSystem, name: str) -> Iterator[ImportedSlave]:
-    """Instantiate the FMU of a component for the time of a ``with`` block.
-
-    Raises:
-        CoSimulationError: its library cannot be loaded, or it refuses a call.
-    """
-    with ExitStack() as stack:
-        fmu = stack.enter_context(unpacked(system.paths[name]))
-        messages: list[str] = []
-        try:
-            slave = stack.enter_context(open_slave(fmu.folder, fmu.description, name, messages))
-        except Exception as error:  # fmpy raises bare Exception when a library cannot be loaded
-            reason = "; ".join([str(error).rstrip("."), *messages])
-            raise CoSimulationError(
-                f"component {name!r}: {reason}; expected a library for this platform "
-                f"({fmpy.platform}) that makes an instance: run this FMU alone, since it may tell "
-                "more on the terminal"
-            ) from error
-        # all calls of FMPy's instance pass through this one
-        slave.calls._call = _named(name, slave.calls._call, messages)
-        yield slave
-
-
-def _named(name: str, call: Callable[..., Any], messages: list[str]) -> Callable[..., Any]:
-    """Return a call of a component that names it, and its messages, where it is refused.
-
-    After a fatal error no call is allowed any more (FMI 2.0.5, section 2.1.3): none is made.
-    """
-    fatal: list[FMICallException] = []
-
-    def named(*arguments: Any) -> Any:
-        if fatal:
-            return None
-        try:
-            return call(*arguments)
-        except FMICallException as error:
-            kind = CoSimulationError
-            if error.status == FATAL:
-                kind = LostError
-                fatal.append(error)
-            refused = f"{str(error).rstrip('.')}, without a reason: run this FMU alone"
-            reason = "; ".join(messages) or refused
-            raise kind(f"component {name!r} refuses a call: {reason}") from error
-
-    return named
 
 
 def initialized(

@@ -29,12 +29,15 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return written(tmp_path_factory.mktemp("parts"))
 
 
-def written(folder: Path, any_step: bool = True) -> dict[str, Path]:
-    """Write both slaves; without ``any_step``, the spring takes steps of 5 ms alone."""
+def written(folder: Path, any_step: bool = True, rollback: bool = True) -> dict[str, Path]:
+    """Write both slaves; without ``any_step``, the spring takes steps of 5 ms alone.
+
+    Without ``rollback``, none goes back to a former state.
+    """
 
     def slave(name: str, any_step: bool) -> Path:
         options = {
-            "canGetAndSetFMUstate": "true",
+            "canGetAndSetFMUstate": str(rollback).lower(),
             "canHandleVariableCommunicationStepSize": str(any_step).lower(),
         }
         script = OWN_MODELS / f"{name}_slave.py"
@@ -137,6 +140,17 @@ def test_explicit_steps_are_of_second_order(
     )
     assert long < 0.15
     assert long / short == pytest.approx(4, rel=0.2)
+
+
+@pytest.mark.parametrize("late", [0.0, 1.0], ids=["at once", "in each step"])
+@pytest.mark.parametrize("method", ["newton", "gauss_seidel"])
+def test_outputs_of_fmus_that_cannot_go_back_are_of_the_right_time(
+    parts: dict[str, Path], tmp_path: Path, method: str, late: float
+) -> None:
+    once = written(tmp_path, rollback=False)
+    for mixed in ({**parts, "spring": once["spring"]}, once):
+        found = run(mixed, 0.01, method=method, parameters={"spring.late": late})
+        assert error(found) < (0.05 if method == "newton" else 0.3)
 
 
 @EXPLICIT

@@ -12,7 +12,8 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.apps.couple.component import opened
-from slide_fmu.apps.couple.initialization import initialized, instance_of
+from slide_fmu.apps.couple.initialization import initialized
+from slide_fmu.apps.couple.instance import instance_of
 from slide_fmu.apps.couple.options import CouplingOptions
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.couple.structure import coupled_system

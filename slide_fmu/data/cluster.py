@@ -12,11 +12,16 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 from importlib import import_module, metadata
+from threading import Event, Thread
+from time import monotonic
 from typing import Any
 
 SCHEME = "dask://"
 CONNECT = 15.0
 """Time in s within which a scheduler must answer."""
+
+ALONE, LOOK = 300.0, 5.0
+"""Jobs wait this time in s for a worker once all have gone, and look so often."""
 
 
 class ClusterError(RuntimeError):
@@ -42,12 +47,13 @@ def cluster(address: str) -> Iterator[Executor]:
     """Connect to the cluster whose scheduler has an address, ``dask://HOST:PORT``.
 
     Workers may come and go: a job whose worker dies is given to another one. Where there are no
-    workers yet, jobs wait for them.
+    workers yet, jobs wait for them; once all have gone, they wait for five minutes.
 
     Raises:
         ValueError: the address is of another form.
         ClusterError: the package is not installed, the scheduler does not answer or goes away, a
-            worker has another version of this package, or jobs end every worker that tries them.
+            worker has another version of this package, jobs end every worker that tries them, or
+            no worker is left.
     """
     scheduler = scheduler_of(address)
     try:
@@ -68,7 +74,8 @@ def cluster(address: str) -> Iterator[Executor]:
     with client:
         _require_same_versions(client, address)
         try:
-            yield client.get_executor(pure=False)
+            with _watched(client, distributed.Future) as left_alone:
+                yield client.get_executor(pure=False)
         except distributed.KilledWorker as error:
             raise ClusterError(
                 f"executor {address!r}: {error.allowed_failures + 1} workers died over the same "
@@ -77,10 +84,45 @@ def cluster(address: str) -> Iterator[Executor]:
                 "wrote; trajectories in the store stay there"
             ) from error
         except (CancelledError, distributed.client.FutureCancelledError) as error:
+            if left_alone.is_set():
+                raise ClusterError(
+                    f"executor {address!r}: all its workers went, and none came within {ALONE:g} "
+                    "s; expected workers, and a model that does not end its process: see what "
+                    "they wrote, start workers, and run the command again; trajectories in the "
+                    "store stay there"
+                ) from error
             raise ClusterError(
                 f"executor {address!r}: the connection to the scheduler was lost; "
                 "the store keeps its trajectories: start the scheduler, and run the command again"
             ) from error
+
+
+@contextmanager
+def _watched(client: Any, future: Any) -> Iterator[Event]:
+    """Cancel all jobs of a client once no worker is left for long; the event is set before."""
+    left_alone, ended = Event(), Event()
+
+    def watch() -> None:
+        seen, last = False, monotonic()
+        while not ended.wait(LOOK):
+            try:
+                there = bool(client.nthreads())
+            except Exception:  # the connection is lost, which the jobs tell
+                return
+            if there or not seen:
+                seen, last = seen or there, monotonic()
+            elif monotonic() - last > ALONE:
+                left_alone.set()
+                jobs = [future(key, client) for key in list(client.futures)]
+                client.cancel(jobs, force=True)
+
+    watcher = Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield left_alone
+    finally:
+        ended.set()
+        watcher.join()
 
 
 def versions_here() -> dict[str, str]:

@@ -210,7 +210,7 @@ def _in_copies(
             _soon_and_late(system, one, values, (index, changes), step)
             for index in (None, *range(len(changes)))
         )
-    except CoSimulationError:  # such steps are refused, or there cannot be so many instances
+    except CoSimulationError:  # such steps are refused, or there cannot be more instances
         return none
     pairs = (np.abs(other - still) for other in moved)
     return np.array([bool(np.any((late > 0) & (soon > AT_ONCE * late))) for soon, late in pairs])

@@ -56,7 +56,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist 
 test: setup
 	$(PYTEST) -m "not extended"
 
-# Besides the slow tests these are the tests with examples once more, with three times as many.
+# Besides the slow tests these are the tests with examples once more, with twice as many.
 test-extended: setup
 	$(PYTEST) -m "extended or examples" --hypothesis-profile thorough
 

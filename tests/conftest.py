@@ -26,7 +26,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # The same examples in every run: a failure comes back. No deadline: machines are shared. ``make
 # test`` takes few examples; all others take more (``--hypothesis-profile thorough``).
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=20)
-settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=60)
+settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("quick")
 
 

@@ -22,8 +22,8 @@ import matplotlib.pyplot as plt
 # ```
 #
 # `slide-fmu compare` makes the data and trains this network, unless both are there. Then it trains
-# models of six other kinds, each for at most the CPU time that the network took. It prints a table and writes a report.
-# It needs `pip install 'slide-fmu[compare]'`.
+# models of six other kinds, each for at most the CPU time that the network took. It prints a table
+# and writes a report. It needs `pip install 'slide-fmu[compare]'`.
 
 RECIPE = "docs/tutorials/duffing_small.toml"
 command = ["compare", RECIPE, "--json", "found.json"]

@@ -205,8 +205,9 @@ def write_ssp(
 
     Args:
         path: file to write, ending in ``.ssp``; an old file is replaced as a whole.
-        fmus, connections, parameters: as in ``couple``; connections come from outputs. FMPy reads
-            no parameters from SSP files.
+        fmus: as in ``couple``.
+        connections: as in ``couple``; they come from outputs.
+        parameters: as in ``couple``. FMPy reads none from SSP files.
 
     Returns:
         The path.

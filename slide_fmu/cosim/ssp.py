@@ -90,7 +90,7 @@ def _places(components: Collection[str]) -> dict[str, str]:
         stem = re.sub(r"[^A-Za-z0-9_-]", "_", component)[:LONGEST]
         place = f"resources/{stem}"
         # some file systems take capital letters for small ones
-        if place.lower() in {one.lower() for one in found.values()}:
+        while place.lower() in {one.lower() for one in found.values()}:
             place = f"{place}_{len(found)}"
         found[component] = place
     return found

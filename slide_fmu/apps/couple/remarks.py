@@ -25,7 +25,7 @@ FILLED = "error_bound_filled"
 
 MISSED = 0.002
 """Part of its motion so far by which steps may miss an input without a remark. Results without one
-were wrong by up to 3 % in a car that was cut in two, and by up to 7 % after six periods of an
+were wrong by up to 2 % in a car that was cut in two, and by up to 7 % after six periods of an
 oscillator without damping. Later periods add errors up."""
 
 FEW = 10

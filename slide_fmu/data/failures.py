@@ -82,7 +82,7 @@ def remove_failures(store: Path) -> None:
 
 def allowed_failures(recipe: Recipe) -> int:
     """Return how many trajectories of a recipe may fail, at least one."""
-    total = sum(recipe.count(split) for split in SPLITS)
+    total = recipe.total_count
     return max(1, int(recipe.data.most_failures * total))
 
 

@@ -94,7 +94,7 @@ def fill_store(
         for failure in kept_failures(store.path):
             forget_trajectories(store, failure.split, [failure.index])
     wanted, make = _missing(recipe, store), _maker(case, store, executor, recipe_folder)
-    total = sum(recipe.count(split) for split in SPLITS)
+    total = recipe.total_count
     before, made = total - len(wanted), 0
     progress(before, total)
     pauses = _pauses()

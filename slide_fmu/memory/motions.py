@@ -25,7 +25,7 @@ from slide_fmu.memory.decay import (
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.memory.time_budget import TIMED_SAMPLES, TimeBudget
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import Linearizable, State, System
+from slide_fmu.systems.base import Linearizable, RandomStates, State, System
 
 MOTIONS = 40
 """Largest number of pairs of motions that are measured."""
@@ -33,6 +33,9 @@ LINEARIZED_MOTIONS = 20
 """Largest number of motions along which the equations are linearized."""
 LINEARIZED_SAMPLES = 40_000
 """After this number of samples linearizing stops, but not before ``LEAST_MEASURED`` motions."""
+SHARE = 0.5
+"""Linearizing simulates at most this share of the samples of the data, and measuring at most as
+many as these, so that a window costs a small recipe little more time than its data."""
 WINDOWS_PER_MOTION = 10
 """Largest length of these motions, in input windows."""
 POINTS_PER_WINDOW = 8
@@ -86,6 +89,13 @@ class Motions:
     most: int
     failing: Failing
     patience: TimeBudget
+
+    @property
+    def data_samples(self) -> int:
+        """The number of samples of all trajectories of the recipe, burn-in included."""
+        data = self.recipe.data
+        length = (data.duration + data.burn_in) / self.recipe.window.step
+        return int(self.recipe.total_count * length)
 
     def inputs(self, index: int, count: int) -> FloatArray:
         """Draw the inputs of a motion of at least ``count`` samples, shape (count, n_inputs)."""
@@ -143,7 +153,8 @@ def linearize_motions(motions: Motions) -> Linearized:
     rest = system.rest_state(np.array([signal.start_value for signal in system.inputs]))
     modes = spectrum(system.linearize(rest), amplitude)
     samples = round((motions.stream.duration + recipe.data.burn_in) / window.step)
-    enough = max(LEAST_MEASURED, LINEARIZED_SAMPLES // samples)
+    most = min(LINEARIZED_SAMPLES, round(SHARE * motions.data_samples))
+    enough = max(LEAST_MEASURED, most // samples)
     followed = range(min(motions.most, LINEARIZED_MOTIONS, enough))
     draws = [motions.drawn(index) for index in followed]
     stride = -(-window.n_in // POINTS_PER_WINDOW)  # rounded up
@@ -192,7 +203,10 @@ def _needed_length(measured: Decay, count: int, step: float) -> int:
 def _measure(motions: Motions, count: int) -> Decay:
     """Measure the decay on motions of ``count`` samples."""
     stream, amplitude = motions.stream, motions.recipe.window.remaining_amplitude
-    pairs = min(motions.most, max(LEAST_MEASURED, MEASURED_SAMPLES // count))
+    # a pair is two motions, each with another one ahead where no states can be drawn
+    both = 2 if isinstance(motions.system, RandomStates) else 4
+    enough = min(MEASURED_SAMPLES, motions.data_samples // both) // count
+    pairs = min(motions.most, max(LEAST_MEASURED, enough))
     sequences = [motions.inputs(index, count) for index in range(pairs)]
     rng = np.random.default_rng(np.random.SeedSequence(stream.seed, spawn_key=(stream.number,)))
     return measured_decay(motions.system, sequences, rng, amplitude, motions.patience)

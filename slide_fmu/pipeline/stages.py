@@ -82,7 +82,11 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
     Raises:
         LoadError: the system cannot be made.
     """
-    return size_case(job.case.source, job.case, seed, patience)
+    progress = job.bar("window")
+    progress(0, 1)  # a message at once, since slow systems need minutes
+    found = size_case(job.case.source, job.case, seed, patience)
+    progress(1, 1)
+    return found
 
 
 @asked_of_sources

@@ -175,6 +175,11 @@ class Recipe(Table):
             return self._further_count()
         return int(getattr(self.data, split))
 
+    @property
+    def total_count(self) -> int:
+        """The number of trajectories of all splits."""
+        return sum(self.count(split) for split in SPLITS)
+
     def _further_count(self) -> int:
         if self.bound is None or not self.bound.excitation:
             return 0

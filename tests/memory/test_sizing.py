@@ -71,10 +71,10 @@ def eigenvalues(found: Sizing) -> Decay:
     return found.linearized.decay
 
 
-def oscillator(model: str, **window: Any) -> Recipe:
+def oscillator(model: str, train: int = 40, **window: Any) -> Recipe:
     return tiny_recipe(
         system={"model": f"mbs_models.oscillators:{model}", "parameters": {"damping": 8.0}},
-        data={"duration": 4.0},
+        data={"duration": 4.0, "train": train},
         window={"step": 0.03, "n_in": 92, "n_out": 53, **window},
     )
 
@@ -98,6 +98,15 @@ def test_measured_and_linearized_decay_times_agree(recipe: Recipe, agreement: fl
     assert found.measured.mean == pytest.approx(eigenvalues(found).mean, rel=agreement)
     assert found.problem is None
     require_window(recipe, found)
+
+
+@pytest.mark.parametrize(("train", "motions", "pairs"), [(1, 4, 4), (10, 5, 7)])
+def test_few_data_are_sized_by_few_motions(train: int, motions: int, pairs: int) -> None:
+    """They have half as many samples as the data, but there are at least four of them."""
+    recipe = oscillator("LinearOscillator", train)
+    found = size_window(recipe, case_of(recipe).system)
+    assert len(eigenvalues(found).times) == motions
+    assert len(found.measured.times) == pairs
 
 
 @pytest.mark.usefixtures("few_motions")

@@ -65,6 +65,7 @@ class Judgement:
         covered: smallest share of samples below the bound, of all outputs; None without a bound.
         harm: harm of the errors; None without a bound.
         calls: names of the calls in which error, and bound and harm, were measured.
+        name: by which other places name this kind; empty if none does.
     """
 
     verdict: str
@@ -75,6 +76,12 @@ class Judgement:
     covered: float | None = None
     harm: Harm | None = None
     calls: tuple[str, str] = ("", "")
+    name: str = ""
+
+    @property
+    def described(self) -> str:
+        """The inputs behind their name."""
+        return f"{self.name}: {self.inputs}" if self.name else self.inputs
 
     @property
     def measured(self) -> str:
@@ -114,7 +121,7 @@ class Judgement:
                 harm.harmless_flagged,
             )
         cells = (_or_empty(share) for share in (self.error, self.covered, *shares))
-        return (f"{self.verdict}{origin}", self.inputs, trajectories, *cells)
+        return (f"{self.verdict}{origin}", self.described, trajectories, *cells)
 
 
 def _or_empty(share: float | None) -> str:
@@ -160,7 +167,7 @@ def judgement_table(found: Sequence[Judgement]) -> ReportTable:
 
 def judgement_sentences(found: Sequence[Judgement], surrogate: Surrogate) -> list[str]:
     """Return judgements as sentences; the rule comes last, where a verdict follows from it."""
-    sentences = [f"{_upper(j.verdict)}: {j.inputs} ({j.measured})." for j in found]
+    sentences = [f"{_upper(j.verdict)}: {j.described} ({j.measured})." for j in found]
     return [*sentences, rule(surrogate)] if is_ruled(found) else sentences
 
 
@@ -210,6 +217,7 @@ def _of_kinds(
                 None if bound is None else min(bound.coverage, default=None),
                 harm,
                 calls,
+                "" if harm is None else kind.name,
             )
 
 

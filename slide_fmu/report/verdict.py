@@ -23,7 +23,7 @@ from slide_fmu.validation.error_figures import (
     worst_of,
 )
 from slide_fmu.validation.plain_call import late_words
-from slide_fmu.validation.trust_figures import BoundFigures
+from slide_fmu.validation.trust_figures import BoundFigures, KindBound
 
 FAR_ABOVE = 3.0
 """An output is named if its error is larger than all others by this factor. It follows inputs
@@ -239,12 +239,15 @@ def _valid(
     ]
     shown = f" ({', '.join(ranges)})" if len(ranges) <= MOST_INPUTS else ""
     within = f", within their ranges{shown}" if ranges else ""
-    text = f"Valid for inputs like those of its training{within}"
-    _, bad = _kinds(in_range)
-    if bad:
-        text += f", except {', '.join(bad)}: more of their errors than usual are large. "
-        text += "More trajectories of these kinds, or a mix of fewer kinds, may mend this"
-    text += "."
+    like = f"inputs like those of its training{within}"
+    if in_range.error_bound is None:
+        text = f"Made for {like}. No kind of them was judged, since it has no error bound."
+    else:
+        call = "With inputs known to the step's end, valid for" if subject.planned else "Valid for"
+        _, bad = _kinds(in_range)
+        text = f"{call} {like}{f', except {_listed(bad, in_range)}' if bad else ''}."
+        if bad:
+            text += " More trajectories of these kinds, or a mix of fewer kinds, may mend this."
     for figures in others:
         if figures.held_out:
             text += f" {_of_others(figures)}"
@@ -255,12 +258,25 @@ def _valid(
     return text
 
 
-def _kinds(figures: ValidationFigures) -> tuple[list[str], list[str]]:
-    """Return the names of the kinds of input for which the FMU is valid, and of the others."""
+def _kinds(figures: ValidationFigures) -> tuple[list[KindBound], list[KindBound]]:
+    """Return the kinds of input for which the FMU is valid, and the others."""
     bound = figures.error_bound
     judged = [] if bound is None else [k for k in bound.excitations if k.harm is not None]
-    good = [kind.name for kind in judged if kind.harm is not None and is_valid(kind.harm)]
-    return good, [kind.name for kind in judged if kind.name not in good]
+    good = [kind for kind in judged if kind.harm is not None and is_valid(kind.harm)]
+    return good, [kind for kind in judged if kind not in good]
+
+
+def _listed(kinds: Sequence[KindBound], figures: ValidationFigures) -> str:
+    """Name kinds with their errors, and which share of the harmful samples the FMU flags."""
+    errors = {kind.name: max(kind.relative_rmse) for kind in figures.excitations}
+    parts, share = [], "{} of the harmful samples flagged"
+    for kind in kinds:
+        found = [percent(errors[kind.name])] if kind.name in errors else []
+        if kind.harm is not None and kind.harm.harmful_flagged is not None and kind.harm.harmful:
+            found.append(share.format(percent(kind.harm.harmful_flagged)))
+            share = "{}"  # once is enough
+        parts.append(f"{kind.name} ({', '.join(found)})" if found else kind.name)
+    return ", ".join(parts)
 
 
 def _of_others(figures: ValidationFigures) -> str:
@@ -268,10 +284,9 @@ def _of_others(figures: ValidationFigures) -> str:
     good, bad = _kinds(figures)
     if not good and not bad:
         return f"Other kinds of input that were measured: {percent(figures.worst)}."
-    parts = [f"also valid for {', '.join(good)}"] if good else []
-    parts += [f"not for {', '.join(bad)}{_flagged(figures)}"] if bad else []
-    text = ", ".join(parts)
-    return f"Of other kinds of input it is {text}: {percent(figures.worst)}."
+    parts = [f"also valid for {', '.join(kind.name for kind in good)}"] if good else []
+    parts += [f"not for {_listed(bad, figures)}"] if bad else []
+    return f"Of the kinds that it was not trained on, it is {'; '.join(parts)}."
 
 
 def _flagged(figures: ValidationFigures) -> str:

@@ -171,11 +171,21 @@ class Resampling:
         self.inputs: list[FloatArray] = []
 
     def input_from(self, begin: float) -> FloatArray:
-        """The sample that acts for one h from a time on; the first step begins at 0."""
+        """The sample that acts for one h from a time on; the first step begins at 0.
+
+        Held inputs that change within it have their mean, but directors what they were.
+        """
         step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
         if self.surrogate.hold == "zero_order":
-            started = np.nonzero(ends - self.lengths <= begin + SLACK * step)[0]
-            return self.inputs[started[-1] if len(started) else 0]
+            starts = ends - self.lengths
+            started = np.nonzero(starts <= begin + SLACK * step)[0]
+            first = np.array(self.inputs[started[-1] if len(started) else 0], dtype=np.float64)
+            shares = np.minimum(ends, begin + step) - np.maximum(starts, begin)
+            shares = np.where(shares > SLACK * step, shares / step, 0.0)
+            mean = shares @ np.array(self.inputs) + (1 - shares.sum()) * self.inputs[0]
+            angles = [k for k, signal in enumerate(self.surrogate.inputs) if signal.angle]
+            mean[angles] = first[angles]
+            return np.asarray(mean)
         rows = np.array([self.inputs[0], *self.inputs])
         times = [0.0, *ends]
         reached = np.array([np.interp(begin + step, times, column) for column in rows.T])

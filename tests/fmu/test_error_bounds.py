@@ -304,7 +304,8 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     native.set(*rows[-1])  # the half step goes on with the last input
     assert native.do_step(native.time(), STEP / 2) == OK
     count = surrogate.memory_length
-    taken = rows[-np.minimum(np.arange(count, 0, -1), 90)]  # each begins half a step later
+    ages = np.clip(np.arange(count, -1, -1), 1, 90)
+    taken = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
     scaled = surrogate.input_scaling.apply(np.concatenate([taken[:1], taken]))[None]
     network = surrogate.network
     assert isinstance(network, StateSpace)

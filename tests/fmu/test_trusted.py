@@ -217,3 +217,36 @@ def test_tolerances_are_parameters_in_the_units_of_the_outputs(fmi: FmiVersion) 
         variable = found[f"{signal.name}_error_tolerance"]
         assert (variable.unit, variable.low, variable.high) == (signal.unit, 0.0, None)
         assert variable.start == tolerance
+
+
+def test_held_inputs_that_change_within_a_sample_are_not_trusted(load: Load) -> None:
+    """Half a step after a change, a sample has two inputs; after a whole one, none has."""
+    surrogate = surrogate_of("plain")
+    assert surrogate.bound is not None
+    count = surrogate.bound.filling_length
+    native = load(surrogate).instance().start()
+    place = places(surrogate, "BOUND_FILLED")
+    moves = [*[(1.0, 0.5)] * count, (0.5, 0.5), (0.5, 0.5)]  # steps in h, and an input
+    moves += [(0.5, 0.6), (0.5, 0.6), (1.0, 0.7), (0.5, 0.7), (1.0, 0.7), (count - 1.5, 0.7)]
+    moves += [(0.25, 0.7), (0.25, 0.7)]
+    found = []
+    for length, value in moves:
+        assert native.set(value, 0.5) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+        found += native.get(*place)
+    since = [count, count, 0.5, count, count, 1.5, 2.5, count, count, count]
+    assert found[count - 1 :] == pytest.approx([1.0, *np.array(since) / count])
+
+
+def test_longer_steps_of_inputs_that_are_forecast_are_not_trusted(load: Load) -> None:
+    """Nobody knows what such inputs were between the ends of a step."""
+    surrogate = surrogate_of("floored_judged")
+    assert surrogate.bound is not None
+    count = surrogate.bound.filling_length
+    native = load(surrogate).instance().start()
+    found = []
+    for length in (*[1.0] * count, 2.0, 1.0, 1.0, 3.0):
+        assert native.set(0.5, 0.5) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+        found += native.get(*places(surrogate, "BOUND_FILLED"))
+    assert found[count - 1 :] == pytest.approx([1.0, 0.0, 1 / count, 2 / count, 0.0])

@@ -111,10 +111,9 @@ def test_judgement_of_a_kind_that_was_held_out_has_what_was_measured() -> None:
     }
     sentences = judgement_sentences(judged(a=of_kind("binary", harm, held_out=True)), surrogate())
     assert sentences[0] == (
-        f"Not valid, and the FMU says so: {BINARY} (not trained on, 2 trajectories, relative RMSE "
-        "3 %, 12 % of "
-        "the samples harmful, 97 % of these flagged, 0.4 % of all unnoticed, 30 % of the harmless "
-        "ones flagged)."
+        f"Not valid, and the FMU says so: binary: {BINARY} (not trained on, 2 trajectories, "
+        "relative RMSE 3 %, 12 % of the samples harmful, 97 % of these flagged, 0.4 % of all "
+        "unnoticed, 30 % of the harmless ones flagged)."
     )
     assert sentences[-1] == rule(surrogate())
 
@@ -140,7 +139,8 @@ def test_table_has_a_column_for_each_share_that_was_measured() -> None:
         "harmless ones flagged",
     )
     verdict = "not valid, and the FMU says so (not trained on)"
-    assert table.rows[0] == (verdict, BINARY, "2", "3 %", "78 %", "12 %", "97 %", "0.4 %", "0 %")
+    kind = f"binary: {BINARY}"
+    assert table.rows[0] == (verdict, kind, "2", "3 %", "78 %", "12 %", "97 %", "0.4 %", "0 %")
     bare = judgement_table(judged(a=of_kind("sweep")))
     assert bare.heading == ("", "inputs", "relative RMSE")
 
@@ -148,7 +148,7 @@ def test_table_has_a_column_for_each_share_that_was_measured() -> None:
 def test_kinds_of_the_training_are_judged_and_those_without_trajectories_are_named() -> None:
     first, second, _ = judgement_sentences(judged(a=of_kind("held_random", {})), surrogate())
     measured = "2 trajectories, relative RMSE 3 %, 0 % of the samples harmful"
-    assert first == f"Valid: {RANDOM} ({measured})."
+    assert first == f"Valid: held_random: {RANDOM} ({measured})."
     assert second == f"Trained on: {SWEEP} (not measured)."
 
 

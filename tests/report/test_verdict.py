@@ -116,14 +116,24 @@ def test_bound_that_says_less_than_a_constant_is_told() -> None:
 
 
 def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
-    harms = {"sweep": (0.0, 0.0), "held_random": (0.06, 0.06), "steps": (0.01, 0.02)}
-    kinds = [{"name": name, "harm": {"harmful": h, "harmful_unnoticed": u}}
-             for name, (h, u) in harms.items()]  # fmt: skip
+    harms = {
+        "sweep": (0.0, 0.0, 1.0),
+        "held_random": (0.06, 0.06, 0.8),
+        "steps": (0.01, 0.02, 0.9),
+    }
+    kinds = [{"name": name, "harm": {"harmful": h, "harmful_unnoticed": u, "harmful_flagged": f}}
+             for name, (h, u, f) in harms.items()]  # fmt: skip
     bound = {"confidence": 0.95, "excitations": kinds,
              "outputs": [{"name": "y", "coverage": 0.95, "width": 0.7}]}  # fmt: skip
-    lines = verdict(run_figures(validation={"in range": in_range(error_bound=bound)}), SUBJECT)
+    errors = [{"name": "held_random", "relative_rmse": [0.01, 0.03]},
+              {"name": "steps", "relative_rmse": [0.02]}]  # fmt: skip
+    measured = in_range(error_bound=bound, excitations=errors)
+    lines = verdict(run_figures(validation={"in range": measured}), SUBJECT)
     valid = next(line for line in lines if line.startswith("Valid"))
-    assert ", except held_random, steps: more of their errors than usual are large." in valid
+    assert (
+        ", except held_random (3 %, 80 % of the harmful samples flagged), steps (2 %, 90 %)."
+        in valid
+    )
     assert valid.endswith("or a mix of fewer kinds, may mend this.")
 
 

@@ -9,7 +9,7 @@ import exudyn.itemInterface as item
 
 inputs = {"force": {"unit": "N", "range": [-10.0, 10.0]}}
 outputs = {"position": "m"}
-parameters = {"mass": 1.0, "damping": 2.0, "stiffness": 100.0}
+parameters = {"mass": 1.0, "damping": 4.0, "stiffness": 100.0}
 
 
 def build(mbs, p):

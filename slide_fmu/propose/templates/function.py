@@ -6,7 +6,7 @@ may be written here is on the page "Your own model" of the documentation.
 
 inputs = {"force": {"unit": "N", "range": [-10.0, 10.0]}}
 outputs = {"position": "m", "velocity": "m/s"}
-parameters = {"mass": 1.0, "damping": 2.0, "stiffness": 100.0, "hardening": 1000.0}
+parameters = {"mass": 1.0, "damping": 4.0, "stiffness": 100.0, "hardening": 1000.0}
 start = [0.0, 0.0]  # position in m and velocity in m/s, from where the state of rest is looked for
 
 

@@ -10,13 +10,24 @@ static double part_filled(const SlideState *state, double n_samples) {
     return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
-/* The same for the bound. Where it judges what was given, nothing that was taken in anew counts: of
- * these samples the importer was given nothing. */
+/* How many of so many newest samples are such as the bound was made for. Where it judges what was
+ * given, none before a step of another length: of its samples the importer was given nothing. Of held
+ * inputs, none before a change within a sample. */
+static double n_alike(const SlideModel *model, const SlideState *state, double n_samples) {
+    const SlideHead *head = state->head;
+    if (slide_stream_forecasts(model, state)) {
+        return model->bound.judges_given ? head->given : INFINITY;
+    }
+    if (model->history.first_order || head->given >= fmin(head->filled, n_samples)) {
+        return INFINITY;
+    }
+    return slide_history_since_mixed(&model->history, &state->history, model->step, n_samples);
+}
+
+/* The part of the samples behind a result of the bound that it may be trusted for. */
 static double part_judged(const SlideModel *model, const SlideState *state, uint64_t n_samples) {
-    const double filled = part_filled(state, (double)n_samples);
-    const double given = state->head->given / (double)n_samples;
-    const bool judged = model->bound.judges_given && slide_stream_forecasts(model, state);
-    return judged && given < filled ? given : filled;
+    const double count = (double)n_samples;
+    return fmin(part_filled(state, count), n_alike(model, state, count) / count);
 }
 
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */

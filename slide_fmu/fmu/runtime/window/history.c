@@ -197,14 +197,63 @@ static double part_left(const SlideReader *reader, double time) {
     return 1 - within((time - reader->begin) / length, 0, 1);
 }
 
+/* The end of the step read last. */
+static double end_of(const SlideReader *reader) {
+    return reader->begin + step_at(reader->shape, reader->history, reader->at)[0];
+}
+
+/* What is held where a sample begins; if others follow within it, their mean over time, but for
+ * directors, whose mean may have no direction. */
+static void sample_held(SlideReader *reader, double begin, double end, double *inputs) {
+    const SlideHistoryShape *shape = reader->shape;
+    const uint64_t newest = *reader->history->count - 1;
+    seek(reader, begin + shape->slack);
+    memcpy(inputs, step_at(shape, reader->history, reader->at) + 1,
+           shape->n_inputs * sizeof *inputs);
+    while (reader->at < newest && end_of(reader) < end - shape->slack) {
+        const double *before = step_at(shape, reader->history, reader->at) + 1;
+        reader->begin = end_of(reader);
+        reader->at += 1;
+        const double *now = step_at(shape, reader->history, reader->at) + 1;
+        const double part = (end - reader->begin) / (end - begin);
+        for (size_t i = 0; i < shape->n_inputs; ++i) {
+            const bool of_angle = shape->cosine[i] || (i > 0 && shape->cosine[i - 1]);
+            inputs[i] += of_angle ? 0 : part * (now[i] - before[i]);
+        }
+    }
+}
+
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs) {
     const SlideHistoryShape *shape = reader->shape;
-    seek(reader, shape->first_order ? end : begin + shape->slack);
-    const double *reached = step_at(shape, reader->history, reader->at) + 1;
-    if (shape->first_order) {
-        slide_history_between(shape, inputs_before(reader), reached, part_left(reader, end),
-                              inputs);
-    } else {
-        memcpy(inputs, reached, shape->n_inputs * sizeof *inputs);
+    if (!shape->first_order) {
+        sample_held(reader, begin, end, inputs);
+        return;
     }
+    seek(reader, end);
+    slide_history_between(shape, inputs_before(reader),
+                          step_at(shape, reader->history, reader->at) + 1, part_left(reader, end),
+                          inputs);
+}
+
+/* Are the inputs of a step others than those of the step before? */
+static bool changed(const SlideHistoryShape *shape, const SlideHistory *history, uint64_t step) {
+    return memcmp(step_at(shape, history, step) + 1, step_at(shape, history, step - 1) + 1,
+                  shape->n_inputs * sizeof(double)) != 0;
+}
+
+double slide_history_since_mixed(const SlideHistoryShape *shape, const SlideHistory *history,
+                                 double sample_step, double n_samples) {
+    double time = 0, samples = 0;
+    const double slack = shape->slack / sample_step;
+    for (uint64_t step = *history->count; step-- > oldest_of(shape, *history->count) + 1;) {
+        time += step_at(shape, history, step)[0];
+        samples = time / sample_step;
+        if (samples >= n_samples) {
+            break;
+        }
+        if (changed(shape, history, step) && fabs(samples - nearbyint(samples)) > slack) {
+            return samples;
+        }
+    }
+    return INFINITY;
 }

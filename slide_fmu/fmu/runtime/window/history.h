@@ -104,4 +104,9 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * Times may only rise from call to call. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs);
 
+/* Samples, of the newest n_samples up to the present, since a held input last changed within one
+ * of them, which has its value at the start; infinite where none changed so. */
+double slide_history_since_mixed(const SlideHistoryShape *shape, const SlideHistory *history,
+                                 double sample_step, double n_samples);
+
 #endif

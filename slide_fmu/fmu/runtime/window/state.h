@@ -17,7 +17,8 @@ typedef struct {
     SlideClock clock;
     double filled;    /* samples of the inputs that were set in this run; whole unless steps were
                          no multiples of h */
-    double given;     /* of these, how many came since a step was last no multiple of h */
+    double given;     /* of these, how many came since a step was last no multiple of h, or, where
+                         inputs are forecast, had another length than h */
     double prehistory;  /* SlidePrehistory, a variable */
     double at_step_end; /* a variable, 0 or 1: are inputs that move set to what they reach by the
                            step's end? Else they are set to what they are at its start, and a

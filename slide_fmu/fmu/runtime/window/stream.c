@@ -233,7 +233,8 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 void slide_step_count(const SlideModel *model, SlideState *state, double length) {
     const uint32_t n_whole = slide_intake_whole(model, length);
     state->head->filled += n_whole > 0 ? n_whole : length / model->step;
-    state->head->given = n_whole > 0 ? state->head->given + n_whole : 0;
+    const bool between = n_whole > 1 && slide_stream_forecasts(model, state); /* nobody knows these */
+    state->head->given = n_whole > 0 && !between ? state->head->given + n_whole : 0;
     if (model->parameters.count > 0) { /* a window taken in anew knows no other parameters */
         const uint32_t count = n_whole > 0 ? n_whole : slide_aside_resumed(model, state);
         *state->since = count > 0 ? *state->since + count : INFINITY;
@@ -270,6 +271,7 @@ static bool step_once(const SlideModel *model, SlideState *state) {
     slide_step_accept(model, state);
     slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
     state->head->filled += 1;
+    state->head->given += 1;
     if (model->parameters.count > 0) {
         *state->since += 1;
     }

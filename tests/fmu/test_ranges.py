@@ -76,13 +76,14 @@ def test_features_unknown_to_the_estimator_do_not_count(load: Load) -> None:
 def test_flag_after_steps_of_other_lengths_is_that_of_the_resampled_inputs(
     load: Load, length: float
 ) -> None:
-    """Samples end with the step, one h apart; each takes the input where it begins."""
+    """Samples end with the step, one h apart; each takes the mean of the input."""
     loaded = load(wide_surrogate(Shape(n_in=6, n_out=2, block=False)))
     outside, before = max(1, int(2 / length)), 8
     rows = np.array([*[1.0] * before, *[4.0] * outside, *[1.0] * 20])
     ends = length * np.arange(1 - before, len(rows) - before + 1)
     begins = ends[:, None] - np.arange(1, 6)
-    expected = ~((begins >= 0) & (begins < outside * length)).any(axis=1)
+    share = np.clip(np.minimum(begins + 1, outside * length) - np.maximum(begins, 0), 0, 1)
+    expected = ~(1.0 + 3.0 * share > 3.5).any(axis=1)
     assert flags(loaded, rows, length) == expected.tolist()
     assert not expected.all()
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
@@ -192,7 +193,7 @@ def test_fmpy_records_output_windows_when_asked_to_alone(tmp_path: Path) -> None
     """fmpy records them when it is asked to, and not otherwise."""
     surrogate = random_surrogate(SHAPES["block"])
     path = export_fmu(surrogate, tmp_path / "m.fmu", fmi=3)
-    assert fmpy.validation.validate_fmu(str(path)) == []
+    assert validate_fmu(str(path)) == []
     plain = fmpy.simulate_fmu(str(path), stop_time=40 * STEP, output_interval=STEP)
     assert not any(name.endswith("_window") for name in plain.dtype.names)
     names = ["y0", "y0_window"]

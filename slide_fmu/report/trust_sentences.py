@@ -60,7 +60,8 @@ def tries_sentences(figures: SearchFigures) -> list[str]:
     broken = sum(one.over_bound > BROKEN for one in figures.tries)
     failed = figures.failed_tries
     return [
-        f"A search tried {count} inputs as users set them: tones, offsets, holds and limits.",
+        f"A search tried {count} inputs as users set them: tones, offsets, holds and "
+        "limits; the second half of them near the worst one.",
         f"On {broken} of {count} an error was more than {BROKEN:g} times its bound of 95 % while "
         f"{FLAGS[figures.flag]}.",
         *([f"On {failed} more the reference failed."] if failed else []),
@@ -72,7 +73,7 @@ def _worst_sentences(worst: TryFigures) -> list[str]:
     """Describe the worst try, so that it can be repeated."""
     relative = worst.relative_rmse
     return [
-        f"The worst was {worst.kind}: {worst.inputs}.",
+        f"The worst, by its error and its bound together, was {worst.kind}: {worst.inputs}.",
         f"There an error was {ratio_text(worst.over_bound)} times its bound.",
         f"Over the whole record, the largest error of {worst.output} is "
         f"{quantity(worst.largest_error, worst.unit)}"

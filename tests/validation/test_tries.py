@@ -171,7 +171,7 @@ def test_words_have_the_number_that_broke_the_bound_and_the_worst(tried: TriedIn
     assert f"On {broken} of {TRIES} an error was more than 2 times its bound of 95 %" in sentence
     assert "while trusted is true" in sentence
     assert "On 1 more the reference failed." in sentence
-    assert f"The worst was {worst.kind}: {worst.inputs}." in sentence
+    assert f"by its error and its bound together, was {worst.kind}: {worst.inputs}." in sentence
     assert f"{ratio_text(worst.over_bound)} times its bound" in sentence
     sections = search_sections(figures, [], tried, SURROGATE)
     assert [len(section.charts) for section in sections] == [0, 1]

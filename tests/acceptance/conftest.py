@@ -20,6 +20,7 @@ from slide_fmu.data import pool
 from slide_fmu.data.pool import process_pool
 from slide_fmu.memory import motions
 from tests.estimates import kept_estimates
+from tests.libraries import build_libraries
 from tests.recipes import LINEAR_NETWORK
 
 ROOT = Path(__file__).parents[2]
@@ -270,6 +271,7 @@ def run_recipe(folder: Path, name: str, text: str, workers: int = 1) -> Finished
 
 
 def _run(folder: Path, name: str, text: str, workers: int) -> None:
+    build_libraries()  # else an FMU may get those of other sources, which lie there
     recipe, figures = folder / f"{name}.toml", folder / f"{name}.json"
     recipe.write_text(text, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:

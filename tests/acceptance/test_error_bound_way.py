@@ -102,8 +102,8 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     assert drawn[:2] == [2, 1]
     assert 1 <= drawn[2] <= 10
     text = (folder / "card.md").read_text(encoding="utf-8")
-    assert "| valid | force takes random values of up to 1000 N, each for " in text
-    assert "<td>force takes random values of up to 1000 N, each for " in page
+    assert "| valid | held_random: force takes random values of up to 1000 N, each for " in text
+    assert "<td>held_random: force takes random values of up to 1000 N, each for " in page
     card = text.split("### Error bound")[1]
     (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]
     assert f"| in range | position | {100 * output['coverage']:.3g} % | " in card

@@ -338,10 +338,10 @@ def test_stretch_is_as_long_as_the_window_or_the_decay_whichever_is_longer(
     ("damping", "duration", "followed", "measured"),
     [
         (8.0, 50.0, 920, [116] * 40),  # ten windows of 92; three decays of 1.151 s are 115.1 steps
-        (8.0, 4.0, 133, [116] * 40),  # the recipe's own duration is shorter
-        (16.0, 4.0, 133, [92] * 40),  # three decays of 0.576 s are shorter than the window
+        (8.0, 4.0, 133, [116] * 24),  # shorter motions: half of the data's samples hold 24 pairs
+        (16.0, 4.0, 133, [92] * 30),  # three decays of 0.576 s are shorter than the window
         (0.1, 4.0, 133, [9211] * 4),  # 92 s: four pairs at least, though 20 000 samples hold two
-        (0.6, 4.0, 133, [1536] * 13),  # 15.35 s: as many pairs as 20 000 samples hold
+        (0.6, 50.0, 920, [1536] * 13),  # 15.35 s: as many pairs as 20 000 samples hold
     ],
 )
 def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(

@@ -18,14 +18,15 @@ class Bend:
 
     Attributes:
         step: sample step h in s.
-        powers: coefficients of the powers of t / h, the highest first, (parts + 1, n_inputs).
-        slopes: those of its rate per s, likewise, (parts, n_inputs).
+        exponents: of the powers of t / h, (parts + 1,).
+        coefficients: of these powers, for the inputs and then for their rates in 1/s,
+            (parts + 1, 2 n_inputs).
         low, high: what the inputs stay within, (n_inputs,).
     """
 
     step: float
-    powers: FloatArray
-    slopes: FloatArray
+    exponents: FloatArray
+    coefficients: FloatArray
     low: FloatArray
     high: FloatArray
 
@@ -39,31 +40,24 @@ class Bend:
             step: sample step h in s.
             ends: ranges of the inputs, shape (2, n_inputs): points beyond make them wider.
         """
-        degree = len(points) - 1
-        powers = _through(degree) @ points
-        slopes = np.arange(degree, 0, -1)[:, None] * powers[:-1] / step
+        exponents = np.arange(len(points), dtype=np.float64)
+        powers = _through(len(points) - 1) @ points
+        slopes = np.roll(exponents[:, None] * powers, -1, axis=0) / step
         low, high = (
             np.minimum(ends[0], points.min(axis=0)),
             np.maximum(ends[1], points.max(axis=0)),
         )
-        return Bend(step, powers, slopes, low, high)
+        return Bend(step, exponents, np.hstack([powers, slopes]), low, high)
 
     def __call__(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Give the inputs and their rates, (n_inputs,) each, at a time in s from 0 to the step."""
-        part = time / self.step
-        values = np.minimum(np.maximum(_polynomial(self.powers, part), self.low), self.high)
-        return values, _polynomial(self.slopes, part)
-
-
-def _polynomial(powers: FloatArray, at: float) -> FloatArray:
-    """Evaluate polynomials by Horner's scheme."""
-    value = powers[0]
-    for coefficient in powers[1:]:
-        value = value * at + coefficient
-    return np.asarray(value)
+        found = (time / self.step) ** self.exponents @ self.coefficients
+        count = len(self.low)
+        return np.minimum(np.maximum(found[:count], self.low), self.high), found[count:]
 
 
 @cache
 def _through(degree: int) -> FloatArray:
-    """Return what makes coefficients of the values at 0, 1 / degree .. 1, highest power first."""
-    return np.asarray(np.linalg.inv(np.vander(np.linspace(0.0, 1.0, degree + 1))))
+    """Return what makes coefficients of the values at 0, 1 / degree .. 1, lowest power first."""
+    at = np.linspace(0.0, 1.0, degree + 1)
+    return np.asarray(np.linalg.inv(np.vander(at, increasing=True)))

@@ -22,7 +22,8 @@ SETTLING = (16, 48, 192, 768, 3072)
 first search begins at the start."""
 LONG = Solver("LSODA", 1e-6)
 """Integrates until the system rests: its steps become long when little moves."""
-
+NEAR_END = 0.99
+"""After this part of a step, rounding might take an evenly moving input beyond its end."""
 
 Course = Callable[[float], tuple[FloatArray, FloatArray]]
 """Gives the inputs and their rates, (n_inputs,) each, at a time in s after the sample."""
@@ -63,9 +64,11 @@ class ModelEquations:
         first, rate = read_only(last), read_only((reached - last) / self.step)
         moves, low, high = bool(rate.any()), np.minimum(last, reached), np.maximum(last, reached)
 
+        near = NEAR_END * self.step
+
         def course(time: float) -> tuple[FloatArray, FloatArray]:
-            u = np.minimum(np.maximum(first + time * rate, low), high) if moves else first
-            return u, rate
+            u = first + time * rate if moves else first
+            return (np.minimum(np.maximum(u, low), high) if moves and time > near else u), rate
 
         return self.after_course(state, course)
 
@@ -87,7 +90,7 @@ class ModelEquations:
                     raise
                 trouble[:] = [f"{error}, {place(time, x, u)}"]
                 return np.full(len(x), np.nan)
-            if not math.isfinite(values @ values) and np.isfinite(x).all():  # the first is fast
+            if not math.isfinite(values.dot(values)) and np.isfinite(x).all():  # the first is fast
                 trouble[:] = [f"f gave {values.tolist()}, {place(time, x, u)}"]
             return values
 

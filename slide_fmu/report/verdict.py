@@ -29,6 +29,9 @@ FAR_ABOVE = 3.0
 """An output is named if its error is larger than all others by this factor. It follows inputs
 within a step if it is larger in the plain call than with known inputs by this factor."""
 
+MISSING = 0.02
+"""A bound that covers less than its confidence by more than this is no longer what it promises."""
+
 MOST_INPUTS = 3
 """Largest number of inputs whose ranges the verdict names; the table of variables has all."""
 
@@ -255,7 +258,7 @@ def _valid(
             low, high = figures.amplitude
             text += f" Beyond the range, at {low:g} to {high:g} times the amplitude: "
             text += f"{percent(figures.worst)}{_flagged(figures)}."
-    return text
+    return text + _little_covered([in_range, *(each for each in others if each.held_out)])
 
 
 def _kinds(figures: ValidationFigures) -> tuple[list[KindBound], list[KindBound]]:
@@ -287,6 +290,19 @@ def _of_others(figures: ValidationFigures) -> str:
     parts = [f"also valid for {', '.join(kind.name for kind in good)}"] if good else []
     parts += [f"not for {_listed(bad, figures)}"] if bad else []
     return f"Of the kinds that it was not trained on, it is {'; '.join(parts)}."
+
+
+def _little_covered(validations: Sequence[ValidationFigures]) -> str:
+    """Name the kinds for which the FMU is valid, but whose errors its bound covers too seldom."""
+    found, confidence = [], 0.0
+    for figures in validations:
+        confidence = max(confidence, figures.error_bound.confidence if figures.error_bound else 0)
+        found += [(kind.name, min(kind.coverage, default=1.0)) for kind in _kinds(figures)[0]]
+    least = confidence - MISSING
+    named = [f"{name} ({percent(share)})" for name, share in found if share < least]
+    if not named:
+        return ""
+    return f" Its bound covers less than {percent(least)} of the samples of {', '.join(named)}."
 
 
 def _flagged(figures: ValidationFigures) -> str:

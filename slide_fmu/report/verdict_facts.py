@@ -9,7 +9,7 @@ from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.validity import is_valid
-from slide_fmu.report.verdict import Subject, verdict, worst_output
+from slide_fmu.report.verdict import MISSING, Subject, verdict, worst_output
 from slide_fmu.validation.error_figures import (
     PlainCallFigures,
     Timing,
@@ -17,9 +17,6 @@ from slide_fmu.validation.error_figures import (
     worst_of,
 )
 from slide_fmu.validation.trust_figures import BoundFigures
-
-MISSING = 0.02
-"""A bound that covers less than its confidence by more than this is no longer what it promises."""
 
 
 def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:

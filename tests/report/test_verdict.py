@@ -137,6 +137,26 @@ def test_kinds_of_the_training_that_are_not_valid_are_named() -> None:
     assert valid.endswith("or a mix of fewer kinds, may mend this.")
 
 
+def test_valid_kinds_that_the_bound_covers_too_seldom_are_named() -> None:
+    def kinds(**shares: tuple[float, float]) -> dict[str, Any]:
+        """Kinds with their harmful and their covered share."""
+        found = [{"name": name, "coverage": [0.99, covered],
+                  "harm": {"harmful": harmful, "harmful_unnoticed": 0.0}}
+                 for name, (harmful, covered) in shares.items()]  # fmt: skip
+        outputs = [{"name": "y", "coverage": 0.95, "width": 0.7}]
+        return {"confidence": 0.95, "excitations": found, "outputs": outputs}
+
+    learnt = in_range(error_bound=kinds(sweep=(0.0, 0.931), rest=(0.0, 0.92), steps=(0.1, 0.5)))
+    others = in_range(error_bound=kinds(binary=(0.01, 0.872), noise=(0.0, 0.96)), held_out=True)
+    found = verdict(run_figures(validation={"in range": learnt, "others": others}), SUBJECT)
+    (valid,) = (line for line in found if line.startswith("Valid"))
+    ending = "Its bound covers less than 93 % of the samples of rest (92 %), binary (87.2 %)."
+    assert valid.endswith(ending)
+    beyond = {**others, "amplitude": [1.0, 2.0], "held_out": False}
+    found = verdict(run_figures(validation={"in range": learnt, "beyond": beyond}), SUBJECT)
+    assert any(line.endswith("of the samples of rest (92 %).") for line in found)
+
+
 def test_error_of_records_is_that_of_both_calls() -> None:
     outputs = [{"relative_rmse": 0.00544, "plain_relative_rmse": 0.00792}]
     lines = verdict(run_figures(validation={"in range": in_range(outputs=outputs)}), SUBJECT)

@@ -132,11 +132,9 @@ class PointToPoint(Kind):
             "all inputs together move from point to point within "
             f"{100 * self.reach:g} % of their ranges, in {between(self.duration, 's')}"
         )
-        if self.speed:
-            text += f", at speeds of up to {listed(self.speed, signals, 's')}"
-        if self.acceleration:
-            limits = listed(self.acceleration, signals, "s^2")
-            text += f", with accelerations of up to {limits}"
+        speed, acceleration = self._largest(signals)
+        text += f", at speeds of up to {listed(speed, signals, 's')}"
+        text += f", with accelerations of up to {listed(acceleration, signals, 's^2')}"
         if self.dwell:
             rests = between(self.dwell_duration, "s")
             text += f", and rest after {100 * self.dwell:g} % of the moves for {rests}"
@@ -182,6 +180,17 @@ class PointToPoint(Kind):
             clock += duration + (rng.uniform(*self.dwell_duration) if rest else 0.0)
         start, durations, ramps = np.array(rows).T
         return Moves(start, durations, ramps, np.array(positions))
+
+    def _largest(self, signals: tuple[Signal, ...]) -> tuple[Limits, Limits]:
+        """Return the largest speeds and accelerations of all inputs; they are limits if given."""
+        (low, high), ramps = _ends(signals), np.array(self.ramp)
+        way, shortest = self.reach * (high - low), self.duration[0]
+        speed = way / (1 - self.ramp[1]) / shortest
+        acceleration = way / np.min(ramps * (1 - ramps)) / shortest**2
+        return (
+            self.speed or tuple(float(f"{value:.3g}") for value in speed),
+            self.acceleration or tuple(float(f"{value:.3g}") for value in acceleration),
+        )
 
     def _target(self, signals: tuple[Signal, ...], rng: np.random.Generator) -> FloatArray:
         low, high = _ends(signals)

@@ -90,7 +90,14 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
     "point_to_point": (
         JOINTS,
         {"keep": 0.0},
-        "all inputs together move from point to point within 100 % of their ranges, in 1 s",
+        "all inputs together move from point to point within 100 % of their ranges, in 1 s, at "
+        "speeds of up to 4 and 4 rad/s, with accelerations of up to 8 and 8 rad/s^2",
+    ),
+    "point_to_point with ramps": (
+        JOINTS,
+        {"keep": 0.0, "reach": 0.5, "duration": [0.5, 2.0], "ramp": [0.1, 0.4], "speed": [3, 2]},
+        "all inputs together move from point to point within 50 % of their ranges, in 0.5 to 2 s, "
+        "at speeds of up to 3 and 2 rad/s, with accelerations of up to 44.4 and 44.4 rad/s^2",
     ),
     "point_to_point with limits": (
         JOINTS,

@@ -86,7 +86,8 @@ def require_unit(name: str, unit: str) -> None:
     for factor in re.split(r"[.*/]", re.sub(r"[()\s]", "", unit)):
         match = FACTOR.fullmatch(factor)
         if match is None or not _is_known(match[1]):
-            meant = [each for each in _nearest(factor) if each != repr(NO_UNIT)]
+            refused = {repr(NO_UNIT), repr(factor)}
+            meant = [each for each in _nearest(factor) if each not in refused]
             known = f"{' or '.join(meant)}, or " if meant else ""
             raise ValueError(
                 f"signal {name!r}: unit {unit!r}; expected known units, such as {EXAMPLES}, but "

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
+
 from slide_fmu.core.signals import Signal
-from slide_fmu.core.units import behind, labelled, ratio
+from slide_fmu.core.units import behind, labelled, ratio, require_unit
 from slide_fmu.excitation.words import listed
 from tests.refusals import refused
 
@@ -20,3 +22,8 @@ def test_error_messages_of_signals_without_dimension_have_no_unit() -> None:
     assert listed((2.0,), (signal,), "s") == "2 1/s"
     with refused(ValueError, "range [2.0, 1.0]"):
         Signal("share", "1", 2.0, 1.0)
+
+
+def test_a_unit_that_is_refused_is_not_its_own_remedy() -> None:
+    with pytest.raises(ValueError, match=r"'Nm' is none: write 'N.m', or '1'"):
+        require_unit("torque", "Nm")

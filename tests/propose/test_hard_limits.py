@@ -70,14 +70,17 @@ train = 6
 validation = 2
 companion = 4
 bound = 6
-calibration = 100
+calibration = 40
 
 [network]
 family = "state_space"
+order = 1
 hidden = 2
 
 [training]
+starts = 1
 iterations = 2
+expert.start_iterations = 2
 
 [validation]
 trajectories = 2

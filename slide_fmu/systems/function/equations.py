@@ -18,12 +18,9 @@ from slide_fmu.systems.function.integration import Solver
 from slide_fmu.systems.function.user_function import FunctionError, UserFunction
 
 SETTLING = (16, 48, 192, 768, 3072)
-"""Further samples under the same input, after each of which an equilibrium is searched again; the
-first search begins at the start."""
+"""Further samples under the same input; an equilibrium is searched at the start and after each."""
 LONG = Solver("LSODA", 1e-6)
 """Integrates until the system rests: its steps become long when little moves."""
-NEAR_END = 0.99
-"""After this part of a step, rounding might take an evenly moving input beyond its end."""
 
 Course = Callable[[float], tuple[FloatArray, FloatArray]]
 """Gives the inputs and their rates, (n_inputs,) each, at a time in s after the sample."""
@@ -62,13 +59,12 @@ class ModelEquations:
             SimulationError: the solver gave up, or the function failed.
         """
         first, rate = read_only(last), read_only((reached - last) / self.step)
-        moves, low, high = bool(rate.any()), np.minimum(last, reached), np.maximum(last, reached)
-
-        near = NEAR_END * self.step
+        moves, near = bool(rate.any()), 0.99 * self.step  # rounding passes no end before that
+        low, high = np.minimum(last, reached), np.maximum(last, reached)
 
         def course(time: float) -> tuple[FloatArray, FloatArray]:
             u = first + time * rate if moves else first
-            return (np.minimum(np.maximum(u, low), high) if moves and time > near else u), rate
+            return np.minimum(np.maximum(u, low), high) if time > near else u, rate
 
         return self.after_course(state, course)
 

@@ -17,7 +17,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
 from slide_fmu.data.closed_loop import ClosedLoop, straight
 from slide_fmu.excitation.loop import LoopRecipe, Partner
-from slide_fmu.excitation.mix import choose_kind, names_of
+from slide_fmu.excitation.mix import choose_kind, drawing_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, Stepping, System
 from slide_fmu.systems.errors import SimulationError
@@ -200,8 +200,8 @@ def _drawn_inputs(
     factor = float(rng.uniform(*stream.factors))
     kinds = recipe.mix()
     kind = choose_kind(kinds, rng) if kind is None else kind
-    chosen, usual = kinds[kind], recipe.data.excitation
-    outer = usual[choose_kind(usual, rng)] if isinstance(chosen, LoopRecipe) else chosen
+    chosen = kinds[kind]
+    outer = drawing_kind(chosen, recipe.data.excitation, rng)
     finest = recipe.data.substeps if moves(system.inputs) else 1
     parts = finest if outer.bends else 1
     # sample k ends part k, and is at the time k * step

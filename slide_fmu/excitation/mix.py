@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from slide_fmu.excitation.alone import Alone
 from slide_fmu.excitation.axis_moves import AxisMoves
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box
@@ -43,6 +44,7 @@ Excitation = Annotated[
     | AxisMoves
     | Vibration
     | Box
+    | Alone
     | Recorded,
     Field(discriminator="kind"),
 ]
@@ -53,6 +55,22 @@ def choose_kind(kinds: Sequence[Kind | LoopRecipe], rng: np.random.Generator) ->
     """Draw the index of a kind, with probabilities in proportion to the weights."""
     weights = np.array([kind.weight for kind in kinds])
     return int(rng.choice(len(kinds), p=weights / weights.sum()))
+
+
+def drawing_kind(
+    chosen: Kind | LoopRecipe, usual: Sequence[Kind], rng: np.random.Generator
+) -> Kind:
+    """Return the kind that draws the inputs of a motion: mostly the chosen kind itself.
+
+    A loop gets its outer inputs from a usual kind. One input that moves alone moves as in another
+    usual kind.
+    """
+    if isinstance(chosen, LoopRecipe):
+        chosen = usual[choose_kind(usual, rng)]
+    if isinstance(chosen, Alone):
+        others = [kind for kind in usual if not isinstance(kind, Alone)]
+        return chosen.like(others[choose_kind(others, rng)])
+    return chosen
 
 
 def names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:

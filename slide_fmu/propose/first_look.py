@@ -16,7 +16,7 @@ from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_range
 from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.mix import Excitation, drawing_kind
 from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import UnstableModeError, spectrum
@@ -99,7 +99,9 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
         lasts = integral(system)
         if lasts is not None:
             raise NotForgettingError(str(lasts))
-        kinds = TypeAdapter(list[Excitation]).validate_python(looking.excitation(step))
+        mix = TypeAdapter(list[Excitation]).validate_python(looking.excitation(step))
+        rng = np.random.default_rng(SAMPLES)
+        kinds = [drawing_kind(kind, mix, rng) for kind in mix]
         rows, remark = _outputs(system, kinds, progress)
         low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)
         still = (np.ptp(rows[:, SAMPLES // 2 :], axis=1) == 0).all(axis=0)

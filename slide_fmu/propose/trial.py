@@ -13,11 +13,10 @@ from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.draws import PROBE, Draw, Stream, draw, probe, simulate_draw
+from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
-from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.excitation.mix import Excitation, names_of
+from slide_fmu.excitation.mix import names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
@@ -237,14 +236,16 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
     recipe, system = case.recipe, case.system
     begin, remarks, untried = time.perf_counter(), list[str](), 0
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
-    for table, kinds, factor in _needed_kinds(recipe):
+    for table, mixed, factor in _needed_kinds(recipe):
         stream, failed = Stream(PROBE, recipe.data.seed, (factor, factor), short), list[str]()
-        for name, kind in zip(names_of(kinds), kinds, strict=True):
+        first = len(mixed.data.excitation) if mixed.loop else 0
+        kinds = mixed.mix()[first:]
+        for index, name in enumerate(names_of(kinds), first):
             if time.perf_counter() - begin > MOST_TIME:
                 untried += 1
                 continue
             try:
-                simulate_draw(system, _drawn(recipe, system, stream, kind))
+                simulate_draw(system, draw(mixed, system, stream, 0, kind=index))
             except SimulationError as error:
                 failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
                 failed[-1] += str(error)
@@ -260,13 +261,6 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
             f"there was no time to simulate {untried} of the kinds of motions that the run needs"
         )
     return tuple(remarks)
-
-
-def _drawn(recipe: Recipe, system: System, stream: Stream, kind: Excitation | LoopRecipe) -> Draw:
-    """Draw a motion of one kind; in a loop, the outer inputs are of the recipe's other kinds."""
-    if isinstance(kind, LoopRecipe):
-        return draw(recipe, system, stream, 0, kind=recipe.mix().index(kind))
-    return draw(recipe.with_kinds((kind,)), system, stream, 0)
 
 
 def _failures_beyond_parameters(case: Case) -> str | None:
@@ -298,24 +292,24 @@ def _failures_beyond_parameters(case: Case) -> str | None:
     )
 
 
-def _needed_kinds(
-    recipe: Recipe,
-) -> Iterator[tuple[str, tuple[Excitation | LoopRecipe, ...], float]]:
-    """Return the kinds of excitation that a run needs, with their table and amplitude factor.
+def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, Recipe, float]]:
+    """Return recipes of the kinds of motion that a run needs, with table and amplitude factor.
 
-    Kinds that the networks learn from come last, since some of their motions were simulated
-    already.
+    A recipe with loops stands for these alone. Kinds that the networks learn from come last, since
+    some of their motions were simulated already.
     """
     tables, estimator = recipe.tables_of_kinds(), recipe.estimator
-    kinds = tables.pop("data")
+    usual = recipe.with_kinds(tables.pop("data"))
     for table, others in tables.items():
-        yield f"{table}.excitation", others, 1.0
-    yield "loop", recipe.loop, 1.0
+        if others:
+            yield f"{table}.excitation", recipe.with_kinds(others), 1.0
+    if recipe.loop:
+        yield "loop", recipe, 1.0
     if recipe.data.beyond:
-        yield "data.beyond", kinds, recipe.data.beyond_factor[1]
+        yield "data.beyond", usual, recipe.data.beyond_factor[1]
     if estimator is not None and estimator.beyond:
-        yield "estimator.beyond", kinds, estimator.expert.amplitude_factor[1]
-    yield "data.excitation", kinds, 1.0
+        yield "estimator.beyond", usual, estimator.expert.amplitude_factor[1]
+    yield "data.excitation", usual, 1.0
 
 
 def remarks_on_sampling(recipe: Recipe) -> list[str]:

@@ -154,6 +154,16 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
         known += [(table, settings) for _, settings in every]
 
 
+def require_kinds_besides_alone(recipe: Recipe) -> None:
+    """Refuse tables in which an input moves alone, but that say nowhere how it moves."""
+    for table, kinds in recipe.tables_of_kinds().items():
+        if kinds and all(kind.kind == "alone" for kind in kinds):
+            raise ValueError(
+                f"{table}.excitation has the kind 'alone' only; expected another kind too, as "
+                "which the one input moves: add one, or remove it"
+            )
+
+
 def require_beyond_learnt(recipe: Recipe) -> None:
     """Refuse trajectories beyond the ranges that no network learns from."""
     if recipe.data.beyond and not recipe.network.LEARNS_BEYOND:
@@ -230,6 +240,7 @@ CHECKS = (
     require_fitting_tables,
     require_bound,
     require_kinds_in_one_table,
+    require_kinds_besides_alone,
     require_beyond_learnt,
     require_data_of_estimator,
     require_fitting_into_memory,

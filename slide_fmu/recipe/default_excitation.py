@@ -35,6 +35,8 @@ SAMPLES_APART = 8
 BOX_WEIGHT = 0.2
 """Weight, of 1 in all, of constant inputs at corners of the ranges and inside, and of the motions
 between them."""
+ALONE_WEIGHT = 0.15
+"""Weight, of 1 in all, of motions in which one of several inputs moves alone."""
 STANDING_START = 12
 """Number of samples in which it reaches that speed at its limit of acceleration."""
 
@@ -52,17 +54,22 @@ def default_excitation(
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     The widths of the ranges, in the units of the inputs, limit the speeds of set points; unknown
-    widths give slower moves.
+    widths give slower moves. Where several widths are known, some motions are of one input alone.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
     if inputs == "angle":
         return _turning(step)
     if inputs == "rates":
-        return _smooth(step)
-    if inputs == "held" or inputs == "moving":
-        return _mixed(step, inputs == "moving")
-    assert_never(inputs)
+        found = _smooth(step)
+    elif inputs == "held" or inputs == "moving":
+        found = _mixed(step, inputs == "moving")
+    else:
+        assert_never(inputs)
+    if len(widths) < 2:
+        return found
+    alone: KindTable = {"kind": "alone", "weight": ALONE_WEIGHT}
+    return [*(_lighter(table, 1.0 - ALONE_WEIGHT) for table in found), alone]
 
 
 def further_excitation(step: float, inputs: InputKind) -> list[KindTable]:

@@ -11,7 +11,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
-from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, RecipeError
+from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
 from tests.recipes import tiny_recipe, tiny_state_space_recipe, whole_recipe
 from tests.refusals import refused
 
@@ -102,6 +102,23 @@ def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
             bound={"excitation": [{**SWITCHED, "weight": 3.0}]},
             data={"excitation": [SWITCHED], **LONG},
         )
+
+
+@pytest.mark.parametrize("table", ["validation", "bound"])
+def test_inputs_that_move_alone_need_another_kind_in_their_table(table: str) -> None:
+    alone = {"kind": "alone", "weight": 1.0}
+    sine = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
+
+    def recipe(*kinds: dict[str, object]) -> Recipe:
+        tables = {"bound": {}, table: {"excitation": list(kinds)}}
+        return tiny_state_space_recipe(**tables, data=LONG)
+
+    assert [kind.kind for kind in recipe(alone, sine).tables_of_kinds()[table]] == [
+        "alone",
+        "harmonic",
+    ]
+    with refused(ValueError, f"{table}.excitation has the kind 'alone' only", "add one"):
+        recipe(alone)
 
 
 def test_recipe_without_further_kinds_draws_none() -> None:

@@ -1,0 +1,65 @@
+"""One input moves alone, while the others rest, as users try a machine: one input at a time."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from pydantic import PrivateAttr
+
+from slide_fmu.core.signals import FloatArray, Signal, by_axis
+from slide_fmu.excitation.base import Kind
+
+
+class Alone(Kind):
+    """One random input moves as in another kind of the same mix, and the others rest.
+
+    The others rest at their start values, or at other values that the kind has drawn for them.
+    Cosine and sine of an angle are one input. The amplitude factor is that of the other kind.
+    """
+
+    kind: Literal["alone"]
+    _like: Kind | None = PrivateAttr(None)
+
+    @property
+    def bends(self) -> bool:  # type: ignore[override]  # a constant of most kinds
+        """Whether the input that moves is curved between samples: as with the other kind."""
+        return self._like is not None and self._like.bends
+
+    def like(self, other: Kind) -> Alone:
+        """Return the kind whose input moves as in another kind; ``inputs`` needs that."""
+        found = self.model_copy()
+        found._like = other
+        return found
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        """Refuse a single input: it moves alone in all other kinds.
+
+        Raises:
+            ValueError: there is one input, or one angle.
+        """
+        if len(by_axis(signals)) < 2:
+            raise ValueError(
+                f"kind = 'alone' with the input {' and '.join(s.name for s in signals)}; expected "
+                "two inputs or more: remove it"
+            )
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return "one input alone moves, as in the other kinds, and the others rest"
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        assert self._like is not None  # ``drawing_kind`` has chosen it
+        inputs = self._like.inputs(signals, time, factor, rng).copy()
+        axes, at_start = by_axis(signals), rng.random() < 0.5
+        moving = axes[int(rng.integers(len(axes)))]
+        for index, signal in enumerate(signals):
+            if signal not in moving:
+                start = at_start and signal.angle is None  # zero and zero are no angle
+                inputs[:, index] = signal.start_value if start else inputs[0, index]
+        return inputs

@@ -15,7 +15,7 @@ class Alone(Kind):
     """One random input moves as in another kind of the same mix, and the others rest.
 
     The others rest at their start values, or at other values that the kind has drawn for them.
-    Cosine and sine of an angle are one input. The amplitude factor is that of the other kind.
+    Cosine and sine of an angle are one input. The amplitude factor acts as in the other kind.
     """
 
     kind: Literal["alone"]
@@ -23,7 +23,7 @@ class Alone(Kind):
 
     @property
     def bends(self) -> bool:  # type: ignore[override]  # a constant of most kinds
-        """Whether the input that moves is curved between samples: as with the other kind."""
+        """Whether the input that moves is curved between samples, as in the other kind."""
         return self._like is not None and self._like.bends
 
     def like(self, other: Kind) -> Alone:

@@ -44,12 +44,14 @@ class Subject:
         inputs: name, low, high and unit of each input of the FMU, but for cosine and sine of an
             angle: it turns without end, and their range says nothing.
         memory: time in s for which its outputs depend on an input.
+        filling: time in s from which on its error bounds count; None without a bound.
         step: the FMU's step in s, at which all errors are measured.
         planned: whether its inputs are planned motions.
     """
 
     inputs: tuple[tuple[str, float, float, str], ...]
     memory: float
+    filling: float | None
     step: float
     planned: bool = False
 
@@ -59,8 +61,10 @@ class Subject:
         inputs = tuple(
             (s.name, s.low, s.high, s.unit) for s in surrogate.inputs if s.angle is None
         )
-        step = surrogate.window.step
-        return cls(inputs, surrogate.network.memory_length * step, step, surrogate.planned)
+        step, bound = surrogate.window.step, surrogate.bound
+        memory = surrogate.network.memory_length * step
+        filling = None if bound is None else bound.filling_length * step
+        return cls(inputs, memory, filling, step, surrogate.planned)
 
 
 def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
@@ -84,8 +88,7 @@ def verdict(measured: RunFigures | None, subject: Subject) -> tuple[str, ...]:
         _bound(in_range, measured),
         _estimate(in_range.error_estimate, measured.plain_call),
         _valid(subject, in_range, others),
-        _time(in_range.timing)
-        + f"Its outputs depend on the inputs of the last {subject.memory:.4g} s.",
+        _time(in_range.timing) + _times_of(subject),
     ]
     return tuple(sentence for sentence in found if sentence)
 
@@ -144,7 +147,9 @@ def _smooth_or_known(found: PlainCallFigures | None, planned: bool, bounded: boo
         return None
     held, known = found.worst("smooth_if_held"), found.worst("known_to_step_end")
     if held is not None:
-        late = late_words(found, _up_to(held, found.outputs))
+        low, high = found.smooth_hz or (0.0, 0.0)
+        error = f"{_up_to(held, found.outputs)} at {low:.2g} to {high:.2g} Hz"
+        late = late_words(found, error)
         return f"Inputs are held over each step. {late[0].upper()}{late[1:]}."
     if known is not None:
         text = f"With inputs known to the step's end: {_up_to(known, found.outputs)}."
@@ -311,6 +316,16 @@ def _flagged(figures: ValidationFigures) -> str:
     if harm is None or harm.harmful_flagged is None or not harm.harmful:
         return ""
     return f" ({percent(harm.harmful_flagged)} of the harmful samples are flagged)"
+
+
+def _times_of(subject: Subject) -> str:
+    """Say for how long the inputs of the past act, and from when on the error bounds count."""
+    text = f"Its outputs depend on the inputs of the last {subject.memory:.4g} s"
+    return (
+        f"{text}."
+        if subject.filling is None
+        else (f"{text}, and its bound counts after {subject.filling:.4g} s.")
+    )
 
 
 def _time(found: Timing) -> str:

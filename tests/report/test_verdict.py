@@ -9,7 +9,7 @@ from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.report.verdict_facts import verdict_of
 from tests.figures import run_figures
 
-SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 0.02)
+SUBJECT = Subject((("force", -100.0, 100.0, "N"), ("ratio", 0.0, 1.0, "1")), 15.0, 18.5, 0.02)
 
 
 def in_range(**more: Any) -> dict[str, Any]:
@@ -42,7 +42,11 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     planned = verdict(run_figures(**measured), replace(SUBJECT, planned=True))
     assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
     assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
-    assert "15 s" in lines[-1]
+    assert lines[-1].endswith(
+        "depend on the inputs of the last 15 s, and its bound counts after 18.5 s."
+    )
+    unbounded = verdict(run_figures(**measured), replace(SUBJECT, filling=None))
+    assert unbounded[-1].endswith("depend on the inputs of the last 15 s.")
 
 
 def test_verdict_names_the_error_of_the_worst_smooth_motion() -> None:
@@ -61,7 +65,7 @@ def test_held_inputs_say_what_a_smooth_one_would_cost() -> None:
     held = {"rough": 0.01, "smooth": None, "known_to_step_end": None, "smooth_if_held": 0.18}
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
-    assert "late by 0.0625 s: 18 %" in verdict(run_figures(**measured), SUBJECT)[1]
+    assert "late by 0.0625 s: 18 % at 0.1 to 1 Hz." in verdict(run_figures(**measured), SUBJECT)[1]
 
 
 def test_own_error_that_counts_is_not_told_as_lateness() -> None:
@@ -70,7 +74,7 @@ def test_own_error_that_counts_is_not_told_as_lateness() -> None:
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
     assert verdict(run_figures(**measured), SUBJECT)[1] == (
         "Inputs are held over each step. A smooth input is late by 0.0625 s; the FMU has an error "
-        "of 18 % under it, its own error included."
+        "of 18 % at 0.1 to 1 Hz under it, its own error included."
     )
 
 

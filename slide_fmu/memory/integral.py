@@ -5,11 +5,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, on_circles
+from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.path_dependence import BY_ITSELF, PathDependence
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Linearizable, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
@@ -46,7 +49,7 @@ def integral(system: System) -> PathDependence | None:
         if part > BY_ITSELF * max(soon, 1.0):
             return PathDependence("growing", part, LATE * system.step, 0)
         if part > GROWN * max(soon, 1.0):
-            return found
+            return _named(found, system)
         if part < FLAT * soon or soon < FLAT * part:
             return None
         ends = _rests(system, SEVERAL, SOON)[:, -1]
@@ -57,6 +60,23 @@ def integral(system: System) -> PathDependence | None:
     change = np.abs((shaken - shaken[0]) - (ends - ends[0])).max()
     gaps = np.diff(np.sort(ends[:, int(np.argmax(np.ptp(ends, axis=0)))]))
     return found if change < ALONE * size and gaps.min() > ALONE * size / SEVERAL else None
+
+
+def _named(found: PathDependence, system: System) -> PathDependence:
+    """Return a growing difference as that of an unstable system, if a mode at rest grows.
+
+    Something else may limit the growth, so that the difference alone does not show the cause.
+    """
+    if not isinstance(system, Linearizable):
+        return found
+    start = np.array([signal.start_value for signal in system.inputs])
+    try:
+        spectrum(system.linearize(system.rest_state(start)))
+    except UnstableModeError:
+        return replace(found, reason="growing")
+    except (SimulationError, ValueError):  # it does not rest there
+        return found
+    return found
 
 
 def _rests(system: System, pasts: int, count: int, shaken: bool = False) -> FloatArray:

@@ -27,6 +27,7 @@ MODELS = {
     "undamped": (lambda x, u, p: [x[1], u[0] - x[0]], 2),
     "hardly damped": (lambda x, u, p: [x[1], u[0] - x[0] - 1e-3 * x[1]], 2),
     "wrong sign": (lambda x, u, p: [x[1], u[0] - x[0] + 0.2 * x[1]], 2),
+    "limit cycle": (lambda x, u, p: [x[1], 0.02 * u[0] - x[0] + x[1] * (1 - x[0] ** 2) / 20], 2),
     "pushed": (lambda x, u, p: [x[1], u[0] + x[0] - 0.2 * x[1]], 2),
     "two wells": (lambda x, u, p: [x[1], u[0] + x[0] - x[0] ** 3 - 0.1 * x[1]], 2),
 }
@@ -57,6 +58,14 @@ def test_unstable_system_is_called_so(name: str) -> None:
     found = integral(made(name))
     assert found is not None
     assert found.part > 1e6
+    assert str(found).startswith("an unstable system: ")
+
+
+def test_unstable_system_whose_motion_is_limited_is_called_so() -> None:
+    """A difference that has grown to the size of the limit cycle grows no further."""
+    found = integral(made("limit cycle"))
+    assert found is not None
+    assert 2 < found.part < 1e3
     assert str(found).startswith("an unstable system: ")
 
 

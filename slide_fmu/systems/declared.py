@@ -38,8 +38,8 @@ class SignalTable(Table):
             ``"first_order"`` moves it linearly to its next value. All inputs have the same.
         angle: ``"cosine"`` or ``"sine"`` of an input that is the one of an angle; the sine follows
             its cosine, and both turn on the circle between samples.
-        period: for an input with the same meaning after this period, in ``unit``; inputs in rad or
-            deg are angles without it.
+        period: of an input such as a position on a closed track: values that differ by the period,
+            in ``unit``, mean the same. Inputs in rad or deg need none: they repeat after a turn.
         column: for records, the name of the signal's column; the signal's name if not given.
     """
 

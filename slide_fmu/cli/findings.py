@@ -124,5 +124,5 @@ def _show_costs(data: Costs, seconds: float) -> None:
         f"data    {least}{count} trajectories of {data.duration_s:g} s, each after a burn-in of "
         f"{data.burn_in_s:g} s: {least or 'about '}{_minutes(data.expected_wall_time_s)} (number "
         f"of processes: {data.workers}; each simulates {number(1.0 / seconds)} s per second); "
-        "training and validation come on top, often as long again or longer"
+        "training and validation take further time, often as much or more"
     )

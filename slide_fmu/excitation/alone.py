@@ -14,7 +14,7 @@ from slide_fmu.excitation.base import Kind
 class Alone(Kind):
     """One random input moves as in another kind of the same mix, and the others rest.
 
-    The others rest at their start values, or at other values that the kind has drawn for them.
+    They rest at their start values, or where the other kind would let them begin.
     Cosine and sine of an angle are one input. The amplitude factor acts as in the other kind.
     """
 
@@ -56,10 +56,16 @@ class Alone(Kind):
     ) -> FloatArray:
         assert self._like is not None  # ``drawing_kind`` has chosen it
         inputs = self._like.inputs(signals, time, factor, rng).copy()
+        moved = {
+            signal.name
+            for signal, extent in zip(signals, np.ptp(inputs, axis=0), strict=True)
+            if extent > 0.0
+        }
         axes, at_start = by_axis(signals), rng.random() < 0.5
-        moving = axes[int(rng.integers(len(axes)))]
+        moving = [axis for axis in axes if moved & {signal.name for signal in axis}] or axes
+        alone = moving[int(rng.integers(len(moving)))]
         for index, signal in enumerate(signals):
-            if signal not in moving:
+            if signal not in alone:
                 start = at_start and signal.angle is None  # zero and zero are no angle
                 inputs[:, index] = signal.start_value if start else inputs[0, index]
         return inputs

@@ -142,7 +142,9 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
     """Refuse kinds of excitation that are both learnt from and held out, or in two tables."""
     known: list[tuple[str, dict[str, Any]]] = []
     for table, kinds in recipe.tables_of_kinds().items():
-        every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in kinds]
+        # an input that moves alone moves as the other kinds of its table
+        different = [kind for kind in kinds if kind.kind != "alone"]
+        every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in different]
         for name, settings in every:
             for other, found in known:
                 if settings == found:
@@ -159,8 +161,8 @@ def require_kinds_besides_alone(recipe: Recipe) -> None:
     for table, kinds in recipe.tables_of_kinds().items():
         if kinds and all(kind.kind == "alone" for kind in kinds):
             raise ValueError(
-                f"{table}.excitation has the kind 'alone' only; expected another kind too, as "
-                "which the one input moves: add one, or remove it"
+                f"{table}.excitation has the kind 'alone' only; expected another kind in this "
+                "table, which says how the input moves: add one, or remove 'alone'"
             )
 
 

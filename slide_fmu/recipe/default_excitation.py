@@ -35,7 +35,7 @@ SAMPLES_APART = 8
 BOX_WEIGHT = 0.2
 """Weight, of 1 in all, of constant inputs at corners of the ranges and inside, and of the motions
 between them."""
-ALONE_WEIGHT = 0.15
+ALONE_WEIGHT = 0.2
 """Weight, of 1 in all, of motions in which one of several inputs moves alone."""
 STANDING_START = 12
 """Number of samples in which it reaches that speed at its limit of acceleration."""
@@ -68,8 +68,10 @@ def default_excitation(
         assert_never(inputs)
     if len(widths) < 2:
         return found
+    *others, box = found
+    rest = 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)
     alone: KindTable = {"kind": "alone", "weight": ALONE_WEIGHT}
-    return [*(_lighter(table, 1.0 - ALONE_WEIGHT) for table in found), alone]
+    return [*(_lighter(table, rest) for table in others), box, alone]
 
 
 def further_excitation(step: float, inputs: InputKind) -> list[KindTable]:

@@ -321,11 +321,9 @@ def _flagged(figures: ValidationFigures) -> str:
 def _times_of(subject: Subject) -> str:
     """Say for how long the inputs of the past act, and from when on the error bounds count."""
     text = f"Its outputs depend on the inputs of the last {subject.memory:.4g} s"
-    return (
-        f"{text}."
-        if subject.filling is None
-        else (f"{text}, and its bound counts after {subject.filling:.4g} s.")
-    )
+    if subject.filling is not None:
+        text += f", and its bound counts from {subject.filling:.4g} s on"
+    return f"{text}."
 
 
 def _time(found: Timing) -> str:

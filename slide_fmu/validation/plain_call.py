@@ -186,7 +186,7 @@ def band_of(recipe: Recipe) -> tuple[float, float]:
     is as wide as they are.
     """
     high = 1.0 / (SAMPLES * recipe.window.step)
-    kinds = recipe.data.excitation
+    kinds = [kind for kind in recipe.data.excitation if kind.kind != "alone"]  # it moves as others
     wide = [kind for kind in kinds if getattr(kind, "amplitude", (1, 1))[1] >= FILLED / SINES]
     tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in wide or kinds]
     if max(tops) > 0:
@@ -301,5 +301,5 @@ def late_words(found: PlainCallFigures, error: str) -> str:
     late = f"a smooth input is late by {found.late_s:g} s"
     held, own = found.worst("smooth_if_held"), found.worst("rough")
     if held is not None and own is not None and own > OWN_PART * held:
-        return f"{late}; the FMU has an error of {error} under it, its own error included"
+        return f"{late}; under it, the FMU has an error of {error}, its own error included"
     return f"{late}: {error}"

@@ -13,7 +13,7 @@ from slide_fmu.data.draws import Stream, draw_inputs
 from slide_fmu.excitation.alone import Alone
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import drawing_kind
-from tests.excitation.drawn import kind_of, motion
+from tests.excitation.drawn import JOINTS, kind_of, motion
 from tests.recipes import tiny_recipe
 
 STEP = 0.01
@@ -61,6 +61,14 @@ def test_one_input_moves_as_in_the_other_kind_and_the_others_rest() -> None:
     assert min(moved.values()) > 8
     assert set(moved) == {"force", "angle", "pump"}
     assert min(at_start[True], at_start[False]) > 15
+
+
+def test_an_input_that_the_other_kind_moves_is_chosen() -> None:
+    """The kind leaves some of them where they are; a motion of none would teach nothing."""
+    moves = kind_of("point_to_point", single=1.0, keep=0.0, duration=[20.0, 20.0])
+    for seed in range(20):
+        inputs = motion(alone_as(moves), JOINTS, seed, time=TIME)
+        assert np.count_nonzero(np.ptp(inputs, axis=0)) == 1
 
 
 def test_amplitude_factor_is_that_of_the_other_kind() -> None:

@@ -18,9 +18,19 @@ from tests.marks import first
 from tests.refusals import refused
 from tests.systems.function_models import specifications as models
 
+
+def _between(x: Any) -> Any:
+    """The force between two masses; rounding splits the double zero eigenvalue of both."""
+    return 10.0 * (x[2] - x[0]) + 0.1 * (x[3] - x[1])
+
+
 MODELS = {
     "integrator": (lambda x, u, p: [u[0]], 1),
     "mass": (lambda x, u, p: [x[1], u[0]], 2),
+    "two masses": (  # joined by a damped spring, and fixed nowhere
+        lambda x, u, p: [x[1], u[0] + _between(x), x[3], -_between(x)],
+        4,
+    ),
     "damped mass": (lambda x, u, p: [x[1], u[0] - x[1]], 2),
     "lag": (lambda x, u, p: [u[0] - x[0]], 1),
     "slow lag": (lambda x, u, p: [1e-4 * (u[0] - x[0])], 1),
@@ -45,7 +55,7 @@ def made(name: str) -> System:
     )
 
 
-@pytest.mark.parametrize("name", first(["integrator", "mass", "damped mass"]))
+@pytest.mark.parametrize("name", first(["two masses", "integrator", "mass", "damped mass"]))
 def test_output_that_integrates_is_refused_with_the_reason(name: str) -> None:
     found = integral(made(name))
     assert found is not None

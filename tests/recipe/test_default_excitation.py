@@ -122,7 +122,7 @@ def test_each_of_several_inputs_also_moves_alone(inputs: InputKind) -> None:
     of_one = default_excitation(0.01, inputs, [2.0])
     assert "alone" not in {table["kind"] for table in of_one}
     *others, alone = default_excitation(0.01, inputs, [2.0, 5.0])
-    assert alone == {"kind": "alone", "weight": 0.15}
+    assert alone == {"kind": "alone", "weight": 0.2}
     assert [table["kind"] for table in others] == [table["kind"] for table in of_one]
     weights = [table["weight"] for table in (*others, alone)]
     assert sum(weights) == pytest.approx(1.0, abs=0.01)

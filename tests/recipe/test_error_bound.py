@@ -121,6 +121,16 @@ def test_inputs_that_move_alone_need_another_kind_in_their_table(table: str) -> 
         recipe(alone)
 
 
+def test_inputs_may_move_alone_as_the_kinds_of_several_tables() -> None:
+    alone = {"kind": "alone", "weight": 1.0}
+    sine = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
+    recipe = tiny_state_space_recipe(
+        bound={"excitation": [alone, sine]},
+        data={"excitation": [alone, SWITCHED], **LONG},
+    )
+    assert recipe.further_kinds()[0] == recipe.data.excitation[0]
+
+
 def test_recipe_without_further_kinds_draws_none() -> None:
     recipe = tiny_state_space_recipe(bound={}, data=LONG)
     assert recipe.count("further") == 0

@@ -43,7 +43,7 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
     assert "force -100 .. 100 N, ratio 0 .. 1)" in lines[3]
     assert lines[-1].endswith(
-        "depend on the inputs of the last 15 s, and its bound counts after 18.5 s."
+        "depend on the inputs of the last 15 s, and its bound counts from 18.5 s on."
     )
     unbounded = verdict(run_figures(**measured), replace(SUBJECT, filling=None))
     assert unbounded[-1].endswith("depend on the inputs of the last 15 s.")
@@ -73,8 +73,8 @@ def test_own_error_that_counts_is_not_told_as_lateness() -> None:
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
     assert verdict(run_figures(**measured), SUBJECT)[1] == (
-        "Inputs are held over each step. A smooth input is late by 0.0625 s; the FMU has an error "
-        "of 18 % at 0.1 to 1 Hz under it, its own error included."
+        "Inputs are held over each step. A smooth input is late by 0.0625 s; under it, the FMU has "
+        "an error of 18 % at 0.1 to 1 Hz, its own error included."
     )
 
 

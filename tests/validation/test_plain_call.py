@@ -244,6 +244,17 @@ def test_smooth_inputs_are_no_faster_than_wide_motions_of_the_training(case: Cas
     assert band_of(recipe.with_kinds(kinds[1:]))[1] == pytest.approx(1 / (16 * STEP))
 
 
+def test_an_input_that_moves_alone_moves_no_faster_than_the_other_kinds(case: Case) -> None:
+    recipe = case[1].recipe
+    tables = [
+        {"kind": "multisine", "weight": 1.0, "amplitude": [0.01, 0.1],
+         "angular_frequency": [0.1, 2.0]},
+        {"kind": "alone", "weight": 1.0},
+    ]  # fmt: skip
+    kinds = TypeAdapter(tuple[Excitation, ...]).validate_python(tables)
+    assert band_of(recipe.with_kinds(kinds))[1] == pytest.approx(2.0 / (2 * np.pi))
+
+
 def test_reference_without_a_finer_step_leaves_smooth_inputs_unmeasured(
     case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -85,10 +85,11 @@ def _first(surrogate: Surrogate, burn_in: int) -> int:
 def _simulated(surrogate: Surrogate, case: Case, seed: int) -> list[UnseenMotion]:
     """Simulate the reference system on the first draw without a failure.
 
-    The inputs are of the most common kind, since a rare one may be a rest. Parameters of the
-    system have their start values too.
+    The inputs are of the most common kind of all inputs, since a rare one may be a rest.
+    Parameters of the system have their start values too.
     """
-    common = max(case.recipe.data.excitation, key=lambda kind: kind.weight)
+    kinds = [kind for kind in case.recipe.data.excitation if kind.kind != "alone"]
+    common = max(kinds, key=lambda kind: kind.weight)
     recipe, system = case.recipe.with_kinds((common,)), case.reference
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     duration = recipe.validation.duration or recipe.data.duration

@@ -12,7 +12,7 @@ from slide_fmu.cli.python_calls import Learnt, whole_way
 from slide_fmu.cli.script_guard import simulating_processes
 from slide_fmu.core.extras import require_training
 from slide_fmu.core.progress import Stages
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import Signal, cosines_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
@@ -124,7 +124,8 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
     widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
     bends = kind in MOVING and isinstance(system, Bending)
     substeps = {"substeps": SUBSTEPS} if bends else {}
-    return {**substeps, **data, "excitation": default_excitation(step, kind, widths)}
+    mix = default_excitation(step, kind, widths, bool(cosines_of(signals)))
+    return {**substeps, **data, "excitation": mix}
 
 
 def _described(system: object) -> str:

@@ -12,7 +12,7 @@ from typing import cast
 
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.search_path import make_importable
-from slide_fmu.core.signals import Hold, moves
+from slide_fmu.core.signals import Hold, cosines_of, moves
 from slide_fmu.data.apart import guarded
 from slide_fmu.propose.draft_signals import (
     Ranges,
@@ -27,7 +27,7 @@ from slide_fmu.propose.first_look import FirstLook, Looking, MakeTables, look
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
-from slide_fmu.recipe.default_excitation import InputKind, default_excitation
+from slide_fmu.recipe.default_excitation import InputKind, default_excitation, further_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
@@ -234,7 +234,9 @@ def _begin(wish: Wish) -> _Begun:
     if chain.path is None:
         kind = kind_of_inputs(system, in_loops=bool(wish.loops))
     widths = [signal.high - signal.low for signal in system.inputs]
-    tables = partial(default_excitation, inputs=kind, widths=widths)
+    tables = partial(
+        default_excitation, inputs=kind, widths=widths, turning=bool(cosines_of(system.inputs))
+    )
     return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
 
 
@@ -262,6 +264,7 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         replace(found, model=_from_folder(found.model, wish.folder)),
         begun.tables(step),
         declares_signals=begun.own,
+        further=further_excitation(step, begun.kind, bool(cosines_of(begun.system.inputs))),
         kind_of_inputs=begun.kind,
         chain=None if chain is None else _from_folder(str(chain), wish.folder),
         substeps=_substeps(begun, step, fmu_step),

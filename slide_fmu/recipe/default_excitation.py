@@ -49,12 +49,16 @@ rates act too; set points of drives; cosine and sine of one angle."""
 
 
 def default_excitation(
-    step: float, inputs: InputKind = "held", widths: Sequence[float] = ()
+    step: float,
+    inputs: InputKind = "held",
+    widths: Sequence[float] = (),
+    turning: bool = False,
 ) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     The widths of the ranges, in the units of the inputs, limit the speeds of set points; unknown
     widths give slower moves. Where several widths are known, some motions are of one input alone.
+    Where some inputs are cosine and sine of an angle (``turning``), they have no box.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
@@ -66,22 +70,24 @@ def default_excitation(
         found = _mixed(step, inputs == "moving")
     else:
         assert_never(inputs)
-    if len(widths) < 2:
-        return found
     *others, box = found
-    rest = 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)
-    alone: KindTable = {"kind": "alone", "weight": ALONE_WEIGHT}
-    return [*(_lighter(table, rest) for table in others), box, alone]
+    kept = [] if turning else [box]
+    if len(widths) > 1:
+        others = [_lighter(table, 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)) for table in others]
+        kept.append({"kind": "alone", "weight": ALONE_WEIGHT})
+    return [*others, *kept]
 
 
-def further_excitation(step: float, inputs: InputKind) -> list[KindTable]:
+def further_excitation(step: float, inputs: InputKind, turning: bool = False) -> list[KindTable]:
     """Return the tables ``bound.excitation`` for a step in s, from which bounds alone learn.
+
+    There are none where some inputs are cosine and sine of an angle (``turning``).
 
     Where inputs move, they are motions that are straight between communication points. Samples
     hardly show whether these bend, so a network that learnt them would lose accuracy on smooth
     ones.
     """
-    if inputs not in ("moving", "rates"):
+    if inputs not in ("moving", "rates") or turning:
         return []
     top = _tidy(TOP * math.pi / step)
     wide, fast = (1 / RESONANT[1], 1.0) if inputs == "moving" else (1 / SLOW, 1 / FAST)

@@ -40,7 +40,10 @@ class ModelRules(KindRules):
             return tables
         if not (isinstance(step, int | float) and math.isfinite(step) and step > 0):
             return tables  # the check of the step reports its mistake
-        mix = default_excitation(float(step), _inputs_of(tables.get("system")))
+        inputs = _declared_inputs(tables.get("system"))
+        turning = any(table.get("angle") is not None for table in inputs)
+        kind = _inputs_of(tables.get("system"), inputs)
+        mix = default_excitation(float(step), kind, turning=turning)
         return {**tables, "data": {**data, "excitation": mix}}
 
     def require_fitting_tables(self, recipe: Recipe) -> None:
@@ -122,13 +125,17 @@ def _rules(kind: Any) -> KindRules:
     return SIMULATED if room is None else cast(KindRules, import_module(f"{room}.rules").RULES)
 
 
-def _inputs_of(system: Any) -> InputKind:
-    """Return the kind of the inputs from the table ``system``, which is not checked yet."""
-    if isinstance(system, dict) and system.get("chain") is not None:
-        return "set_points"
+def _declared_inputs(system: Any) -> list[Tables]:
+    """Return the tables of inputs in the table ``system``, which is not checked yet."""
     inputs = system.get("inputs") if isinstance(system, dict) else None
     tables = inputs.values() if isinstance(inputs, dict) else ()
-    known = [table for table in tables if isinstance(table, dict)]
+    return [table for table in tables if isinstance(table, dict)]
+
+
+def _inputs_of(system: Any, known: list[Tables]) -> InputKind:
+    """Return the kind of the inputs from the table ``system`` and the tables of its inputs."""
+    if isinstance(system, dict) and system.get("chain") is not None:
+        return "set_points"
     if [table.get("angle") for table in known] == ["cosine", "sine"]:
         return "angle"
     return "moving" if any(t.get("hold") == "first_order" for t in known) else "held"

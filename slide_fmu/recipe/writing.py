@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
-from slide_fmu.recipe.default_excitation import InputKind, KindTable, further_excitation
+from slide_fmu.recipe.default_excitation import InputKind, KindTable
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
 
@@ -78,6 +78,7 @@ class ModelDraft(Draft):
     Attributes:
         found: declarations of the model.
         excitation: tables of the inputs of the training.
+        further: tables of the inputs that the bound alone learns from.
         declares_signals: whether the model declares its signals with their ranges itself, so that
             the recipe has no tables for them.
         kind_of_inputs: kind of the inputs.
@@ -90,6 +91,7 @@ class ModelDraft(Draft):
     found: Declared
     excitation: Sequence[KindTable]
     declares_signals: bool = False
+    further: Sequence[KindTable] = ()
     kind_of_inputs: InputKind = "held"
     chain: str | None = None
     substeps: int = 1
@@ -126,7 +128,7 @@ def recipe_text(draft: ModelDraft) -> str:
         *_excitation_lines(draft),
         *(line for loop in draft.loops for line in _loop_lines(loop)),
         *_bound_lines(draft.step),
-        *_further_lines(further_excitation(draft.step, draft.kind_of_inputs)),
+        *_further_lines(draft.further),
         *(_STABILITY if draft.kind_of_inputs in ("set_points", "angle") else ()),
     ]
     return "\n".join(lines)

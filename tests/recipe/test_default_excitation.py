@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from slide_fmu.core.signals import Signal
+from slide_fmu.core.signals import Hold, Signal
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.excitation.spectra import Multisine
 from slide_fmu.recipe.default_excitation import (
@@ -126,6 +126,32 @@ def test_each_of_several_inputs_also_moves_alone(inputs: InputKind) -> None:
     assert [table["kind"] for table in others] == [table["kind"] for table in of_one]
     weights = [table["weight"] for table in (*others, alone)]
     assert sum(weights) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("inputs", ["held", "moving", "rates"])
+def test_an_angle_and_another_input_get_kinds_that_can_drive_both(inputs: InputKind) -> None:
+    hold: Hold = "zero_order" if inputs == "held" else "first_order"
+    signals = (
+        Signal("x", "1", -1.0, 1.0, angle="cosine", hold=hold),
+        Signal("y", "1", -1.0, 1.0, angle="sine", hold=hold),
+        Signal("load", "N.m", -5.0, 5.0, hold=hold),
+    )
+    tables = default_excitation(0.01, inputs, [2.0, 2.0, 10.0], turning=True)
+    tables += further_excitation(0.01, inputs, turning=True)
+    kinds = TypeAdapter(list[Excitation]).validate_python(tables)
+    for kind in kinds:
+        kind.check(signals)
+    assert "alone" in [kind.kind for kind in kinds]
+
+
+def test_recipe_with_an_angle_and_another_input_can_be_driven() -> None:
+    values = without_excitation(0.01).model_dump(mode="json")
+    del values["data"]["excitation"]
+    values["system"]["inputs"] = {
+        **{name: {"range": [-1.0, 1.0], "angle": name} for name in ("cosine", "sine")},
+        "load": {"range": [-1.0, 1.0]},
+    }
+    assert "box" not in {kind.kind for kind in whole_recipe(values).data.excitation}
 
 
 def between_points(tables: list[KindTable]) -> list[Multisine]:

@@ -73,8 +73,8 @@ def test_own_error_that_counts_is_not_told_as_lateness() -> None:
     plain = {**PLAIN, "late_s": 0.0625, "outputs": [held]}
     measured = {"validation": {"in range": in_range()}, "plain_call": plain}
     assert verdict(run_figures(**measured), SUBJECT)[1] == (
-        "Inputs are held over each step. A smooth input is late by 0.0625 s; under it, the FMU has "
-        "an error of 18 % at 0.1 to 1 Hz, its own error included."
+        "Inputs are held over each step. A smooth input is late by 0.0625 s; under it, the FMU "
+        "has an error of 18 % at 0.1 to 1 Hz, its own error included."
     )
 
 

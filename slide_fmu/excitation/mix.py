@@ -5,8 +5,8 @@ A new kind is added to ``Excitation``; nothing else lists them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Iterable, Sequence
+from typing import Annotated, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -57,6 +57,14 @@ def choose_kind(kinds: Sequence[Kind | LoopRecipe], rng: np.random.Generator) ->
     return int(rng.choice(len(kinds), p=weights / weights.sum()))
 
 
+Described = TypeVar("Described", bound=Kind)
+
+
+def moving_by_themselves(kinds: Iterable[Described]) -> list[Described]:
+    """Return the kinds that say how inputs move: ``alone`` moves one of them as another kind."""
+    return [kind for kind in kinds if not isinstance(kind, Alone)]
+
+
 def drawing_kind(
     chosen: Kind | LoopRecipe, usual: Sequence[Kind], rng: np.random.Generator
 ) -> Kind:
@@ -68,7 +76,7 @@ def drawing_kind(
     if isinstance(chosen, LoopRecipe):
         chosen = usual[choose_kind(usual, rng)]
     if isinstance(chosen, Alone):
-        others = [kind for kind in usual if not isinstance(kind, Alone)]
+        others = moving_by_themselves(usual)
         return chosen.like(others[choose_kind(others, rng)])
     return chosen
 

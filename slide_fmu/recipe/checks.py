@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
+from slide_fmu.excitation.mix import moving_by_themselves
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import StateSpaceRecipe
@@ -142,9 +143,8 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
     """Refuse kinds of excitation that are both learnt from and held out, or in two tables."""
     known: list[tuple[str, dict[str, Any]]] = []
     for table, kinds in recipe.tables_of_kinds().items():
-        # an input that moves alone moves as the other kinds of its table
-        different = [kind for kind in kinds if kind.kind != "alone"]
-        every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in different]
+        own = moving_by_themselves(kinds)
+        every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in own]
         for name, settings in every:
             for other, found in known:
                 if settings == found:
@@ -159,7 +159,7 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
 def require_kinds_besides_alone(recipe: Recipe) -> None:
     """Refuse tables in which an input moves alone, but that say nowhere how it moves."""
     for table, kinds in recipe.tables_of_kinds().items():
-        if kinds and all(kind.kind == "alone" for kind in kinds):
+        if kinds and not moving_by_themselves(kinds):
             raise ValueError(
                 f"{table}.excitation has the kind 'alone' only; expected another kind in this "
                 "table, which says how the input moves: add one, or remove 'alone'"

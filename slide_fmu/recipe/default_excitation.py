@@ -81,11 +81,10 @@ def default_excitation(
 def further_excitation(step: float, inputs: InputKind, turning: bool = False) -> list[KindTable]:
     """Return the tables ``bound.excitation`` for a step in s, from which bounds alone learn.
 
-    There are none where some inputs are cosine and sine of an angle (``turning``).
-
     Where inputs move, they are motions that are straight between communication points. Samples
     hardly show whether these bend, so a network that learnt them would lose accuracy on smooth
-    ones.
+    ones. There are none where some inputs are cosine and sine of an angle (``turning``): a
+    straight line leaves the circle.
     """
     if inputs not in ("moving", "rates") or turning:
         return []

@@ -147,7 +147,8 @@ def _smooth_or_known(found: PlainCallFigures | None, planned: bool, bounded: boo
         return None
     held, known = found.worst("smooth_if_held"), found.worst("known_to_step_end")
     if held is not None:
-        low, high = found.smooth_hz or (0.0, 0.0)
+        assert found.smooth_hz is not None  # the band in which ``held`` was measured
+        low, high = found.smooth_hz
         error = f"{_up_to(held, found.outputs)} at {low:.2g} to {high:.2g} Hz"
         late = late_words(found, error)
         return f"Inputs are held over each step. {late[0].upper()}{late[1:]}."

@@ -19,6 +19,7 @@ from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.excitation.mix import moving_by_themselves
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -186,7 +187,7 @@ def band_of(recipe: Recipe) -> tuple[float, float]:
     is as wide as they are.
     """
     high = 1.0 / (SAMPLES * recipe.window.step)
-    kinds = [kind for kind in recipe.data.excitation if kind.kind != "alone"]  # it moves as others
+    kinds = moving_by_themselves(recipe.data.excitation)
     wide = [kind for kind in kinds if getattr(kind, "amplitude", (1, 1))[1] >= FILLED / SINES]
     tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in wide or kinds]
     if max(tops) > 0:

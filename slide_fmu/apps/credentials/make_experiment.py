@@ -16,6 +16,7 @@ from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
+from slide_fmu.excitation.mix import moving_by_themselves
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
     IN_DOMAIN,
@@ -88,7 +89,7 @@ def _simulated(surrogate: Surrogate, case: Case, seed: int) -> list[UnseenMotion
     The inputs are of the most common kind of all inputs, since a rare one may be a rest.
     Parameters of the system have their start values too.
     """
-    kinds = [kind for kind in case.recipe.data.excitation if kind.kind != "alone"]
+    kinds = moving_by_themselves(case.recipe.data.excitation)
     common = max(kinds, key=lambda kind: kind.weight)
     recipe, system = case.recipe.with_kinds((common,)), case.reference
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}

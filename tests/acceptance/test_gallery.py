@@ -64,9 +64,8 @@ def test_every_tutorial_has_a_limit() -> None:
 
 
 @pytest.mark.parametrize("name", LIMITS)
-def test_tutorial_is_short_and_explains_each_of_its_steps(name: str) -> None:
+def test_tutorial_explains_each_of_its_steps(name: str) -> None:
     source = (GALLERY / f"{name}.py").read_text(encoding="utf-8")
-    assert len(source.splitlines()) < 70
     assert re.match(r'"""\n# \w.+\n\n\w.+', source), "a title, then what it is about"
     steps = source.split("\n# %%\n")[1:]
     assert len(steps) >= 3

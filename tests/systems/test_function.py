@@ -197,11 +197,6 @@ def test_parameters_of_the_recipe_replace_those_of_the_model() -> None:
     assert heavy.simulate(road)[5, 0] < light.simulate(road)[5, 0]
 
 
-def test_tutorial_models_have_at_most_forty_lines() -> None:
-    for path in models.TUTORIALS.glob("*_function.py"):
-        assert len(path.read_text(encoding="utf-8").splitlines()) <= 40, path
-
-
 MISTAKES = [
     ("def f", "def other", "neither f nor simulate", "expected f"),
     ("def g", "def simulate(t, u, p): ...\ndef g", "defines f and simulate", "expected"),

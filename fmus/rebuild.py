@@ -36,7 +36,6 @@ from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
-from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
 from slide_fmu.validation.trust_figures import SearchFigures
 
@@ -72,7 +71,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
             f"{fmu} carries no {'report' if measured else 'measured figures'}; expected an FMU "
             "that slide-fmu run has finished: run its recipe"
         )
-    provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate)}
+    provenance = {**(found or {}), "recipe": _recipe_now(found or {}, surrogate.name)}
     recipe = recipe_of_provenance(provenance, str(fmu))
     case = case_of(recipe)
     provenance = with_origins(provenance, recipe, surrogate)
@@ -106,7 +105,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     """
     surrogate, found = read_fmu(fmu)
     kept = {key: value for key, value in (found or {}).items() if key not in MADE_ANEW}
-    origin = {**kept, "recipe": _recipe_now(found or {}, surrogate)}
+    origin = {**kept, "recipe": _recipe_now(found or {}, surrogate.name)}
     with tempfile.TemporaryDirectory() as runs:
         recipe = Path(runs, f"{surrogate.name}.toml")
         recipe.write_text(origin["recipe"], encoding="utf-8")
@@ -128,21 +127,17 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
     return fmu
 
 
-def _recipe_now(provenance: dict[str, Any], surrogate: Surrogate) -> str:
-    """Return the text of the recipe in ``training``, if it says what the released one says.
-
-    FMUs without ``trusted`` keep their own text: in them ``false_alarms`` meant the domain alone.
-    """
-    place = TRAINING / f"{surrogate.name}.toml"
+def _recipe_now(provenance: dict[str, Any], name: str) -> str:
+    """Return the text of the recipe in ``training``, if it says what the released one says."""
+    place = TRAINING / f"{name}.toml"
     text = place.read_text(encoding="utf-8")
-    released, now = recipe_of_provenance(provenance, surrogate.name), parse_recipe(text, place)
-    former = surrogate.bound is not None and surrogate.bound.tolerances is None
-    if _learnt(released, former) != _learnt(now, former):
+    released, now = recipe_of_provenance(provenance, name), parse_recipe(text, place)
+    if _learnt(released) != _learnt(now):
         raise StageError(f"{place} says something else than the released FMU: release it again")
-    return str(provenance["recipe"]) if former else text
+    return text
 
 
-def _learnt(recipe: Recipe, former: bool) -> dict[str, Any]:
+def _learnt(recipe: Recipe) -> dict[str, Any]:
     """Return what a recipe says, but for words and pictures: nothing is learnt by them.
 
     Of the FMU with which a training began, the folder plays no part.
@@ -151,8 +146,6 @@ def _learnt(recipe: Recipe, former: bool) -> dict[str, Any]:
     del values["system"]["picture"]
     if values["training"].get("start"):
         values["training"]["start"] = Path(values["training"]["start"]).name
-    if former:
-        del values["bound"]["false_alarms"]
     return values
 
 

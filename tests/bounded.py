@@ -27,7 +27,9 @@ def random_bound(
 ) -> ErrorBound:
     """A bound beside some companion, whose head has one layer of tanh units.
 
-    The head sees what the estimator expects, if there is one.
+    The head sees what the estimator expects, if there is one. Tolerances and floors are such that
+    random inputs exceed them at times; some logarithms of random inputs are smaller than the
+    quietest of the head.
     """
     rng = np.random.default_rng(seed)
     n_outputs = companion.n_values
@@ -43,13 +45,19 @@ def random_bound(
         return Layer(weights, rng.normal(0, 0.3, rows).astype(np.float32), activation)
 
     layers = layer(units, n_statistics, "tanh"), layer(n_outputs, units, "identity")
+    factors = np.cumsum(rng.uniform(0.5, 1, (3, n_outputs)), axis=0)
+    tolerances = factors[1] * np.linspace(0.8, 1.2, n_outputs)
     return ErrorBound(
         companion,
         FeedForward(layers, 1, features),
         blocks,
-        np.cumsum(rng.uniform(0.5, 1, (3, n_outputs)), axis=0),
+        factors,
         rng.uniform(0.05, 0.5, n_seen + 2 * n_outputs),
-        estimator,
+        tolerances=tolerances,
+        floors=0.3 * tolerances[::-1],
+        shares=np.linspace(1.0, 0.5, n_outputs),
+        quietest=np.linspace(-6.0, 0.0, n_statistics - n_seen),
+        estimator=estimator,
     )
 
 
@@ -70,27 +78,17 @@ def with_span(surrogate: Surrogate, block: int = 7) -> Surrogate:
     return replace(surrogate, estimator=None, bound=replace(bound, head=head, span=span))
 
 
-def with_tolerances(surrogate: Surrogate, share: float = 1.0) -> Surrogate:
-    """The surrogate with tolerances and floors of its bound; random inputs exceed them at times.
-
-    They are a share of the bounds where the local scale is one. Some logarithms of random inputs
-    are smaller than the quietest of the head.
-    """
+def with_tolerances(surrogate: Surrogate, share: float) -> Surrogate:
+    """The surrogate with a multiple of the tolerances of its bound."""
     bound = surrogate.bound
     assert bound is not None
-    tolerances = share * bound.factors_at(0.95) * np.linspace(0.8, 1.2, bound.companion.n_values)
-    floors, shares = 0.3 * tolerances[::-1], np.linspace(1.0, 0.5, len(tolerances))
-    quietest = np.linspace(-6.0, 0.0, bound.n_logarithms)
-    parts = {"tolerances": tolerances, "floors": floors, "shares": shares, "quietest": quietest}
-    tolerant = replace(bound, **parts)
-    return replace(surrogate, bound=tolerant)
+    return replace(surrogate, bound=replace(bound, tolerances=share * bound.tolerances))
 
 
 def with_plain(surrogate: Surrogate) -> Surrogate:
-    """The surrogate, which has tolerances, with another bound in the plain call."""
+    """The surrogate with another bound in the plain call."""
     bound = surrogate.bound
     assert bound is not None
-    assert bound.floors is not None
     other = random_bound(bound.companion, 91, bound.blocks, 4, bound.estimator)
     parts = {"head": other.head, "factors": other.factors, "limits": other.limits}
     if bound.span is not None:
@@ -105,18 +103,15 @@ def with_plain(surrogate: Surrogate) -> Surrogate:
     return replace(surrogate, bound=replace(bound, plain=plain))
 
 
-def bounded_surrogate(
-    shape: Shape, blocks: tuple[int, int] = (2, 5), sees_estimates: bool = False
-) -> Surrogate:
+def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surrogate:
     """A random state-space surrogate of a shape with a random bound beside it.
 
-    Its companion has more units than the surrogate, as a recipe may ask for. The head may see what
-    the surrogate's error estimator expects.
+    Its companion has more units than the surrogate, as a recipe may ask for.
     """
     surrogate = random_surrogate(shape)
     assert shape.cell is not None
     larger = replace(shape.cell, units=shape.cell.units + 10)
     other = random_surrogate(replace(shape, cell=larger, seed=shape.seed + 77)).network
     assert isinstance(other, StateSpace)
-    seen = surrogate.estimator if sees_estimates else None
-    return replace(surrogate, bound=random_bound(other, shape.seed, blocks, estimator=seen))
+    bound = random_bound(other, shape.seed, blocks, estimator=surrogate.estimator)
+    return replace(surrogate, bound=bound)

@@ -75,9 +75,20 @@ class Judge:
         plain: ErrorBound | None = None,
     ) -> ErrorBound:
         """Return the bound of this judge; the arguments are as in ``ErrorBound``."""
-        parts = self.factors, self.limits, estimator, self.span, tolerances
-        others = self.floors, self.shares, self.quietest, plain
-        return ErrorBound(companion, self.head, blocks, *parts, *others)
+        return ErrorBound(
+            companion,
+            self.head,
+            blocks,
+            self.factors,
+            self.limits,
+            tolerances=tolerances,
+            floors=self.floors,
+            shares=self.shares,
+            quietest=self.quietest,
+            estimator=estimator,
+            span=self.span,
+            plain=plain,
+        )
 
 
 def fit_judge(

@@ -144,7 +144,7 @@ def _show_network(surrogate: Surrogate, out: Console) -> None:
 def _trusted(surrogate: Surrogate) -> str:
     """Say up to which bounds steps are trusted, unless the importer sets other tolerances."""
     bound, scales = surrogate.bound, surrogate.output_scaling.scale
-    if bound is None or bound.tolerances is None:
+    if bound is None:
         return ""
     most = (
         f"{quantity(float(tolerance), one.unit)} of {one.name}"

@@ -40,9 +40,8 @@ def bound_problems(
         **dict(bounds),
         NOVELTY: surrogate.trust(inputs).novelty,
         IN_DOMAIN: surrogate.in_domain(inputs).astype(np.float64),
+        TRUSTED: surrogate.trusted(inputs).astype(np.float64),
     }
-    if surrogate.bound.tolerances is not None:
-        expected[TRUSTED] = surrogate.trusted(inputs).astype(np.float64)
     for name, (found, allowed) in bound_deviations(surrogate, native, expected).items():
         if not found <= allowed:
             flag = name in (IN_DOMAIN, TRUSTED)

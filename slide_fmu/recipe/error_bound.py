@@ -15,10 +15,6 @@ DOMAIN_SHARE = 0.05
 The domain alone finds few errors in range. Mean squares of inputs and states that are bounded
 anyway make most of its false alarms, also on kinds of inputs without any harm."""
 
-FORMER_ALARMS = 0.0025
-"""The share of false alarms of a recipe without the key, in versions without ``trusted``; the
-domain took all of them."""
-
 
 class CompanionRecipe(Table):
     """The table ``bound.expert.companion`` gives the differences of companion and surrogate.
@@ -106,15 +102,6 @@ class BoundRecipe(Table):
     def domain_alarms(self) -> float:
         """The share of the samples of the calibration that the domain may leave outside."""
         return DOMAIN_SHARE * self.false_alarms
-
-    @property
-    def former_domain_alarms(self) -> float:
-        """The same share in FMUs of former versions, which have no ``trusted``.
-
-        The default of this version stands for a key that was not given.
-        """
-        left_out = self.false_alarms == BoundRecipe().false_alarms
-        return FORMER_ALARMS if left_out else self.false_alarms
 
     def samples(self, window: WindowRecipe) -> int:
         """Return how many samples a trajectory needs for the bound.

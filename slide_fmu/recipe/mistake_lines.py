@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from typing import Any
 
 from pydantic import ValidationError
@@ -17,33 +16,6 @@ from slide_fmu.recipe.learning import METHODS
 from slide_fmu.recipe.places import Place, in_words, line_of, without_forms
 from slide_fmu.recipe.reference import ITEM, NAME, known_keys, sections_of
 
-FORMER = {
-    "system.drawing": "is drawing of the table [apps.page] now: move it",
-    "data.further": "is further of the table [bound.expert] now: move it",
-    "data.budget_minutes": "is gone: give data.train a number where a learning curve is too long",
-    "*.excitation.corners": "is gone, since it is a constant now: remove it",
-    "*.excitation.constant_speed": "is gone, since it is a constant now: remove it",
-    "*.excitation.noise_share": "is gone: remove it; noise is on all trajectories of its kind",
-    "*.excitation.random_start": "is gone: remove it; motions begin within a move",
-    "*.excitation.time": "is in columns = { time = COLUMN } now: move it",
-    "stability.growth": "is a constant now: remove it",
-    "stability.contraction": "is a constant now: remove it",
-    "bound.companion": "is the table [bound.expert.companion] now: rename it",
-    "bound.*companion.start": "is gone: remove it; training.start also names the companion",
-    "*.stretches": (
-        "is named refinements now, of [training.expert] and [bound.expert.companion]: rename it "
-        "there"
-    ),
-    "*training*.newest_weight": "is gone: remove it",
-    "training.flip_signs": (
-        "is flip_signs of [training.expert] now, of feed-forward networks alone: move it there; "
-        "for a state-space network set network.bias = false in its place"
-    ),
-}
-"""What became of keys that recipes once had, where no other message would say so.
-
-Places are patterns of ``fnmatch``, without positions in lists and kinds of their items.
-"""
 LIST = re.compile(r"list(?: of (\d+))?: ((?:whole )?number\b[^,:]*|text) each")
 """Types of keys that are lists of numbers or of texts."""
 SPELLING = 0.8
@@ -122,8 +94,6 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
         return f"{place} = {value_text(item['input'])}: expected more than {n} value{'s'[: n - 1]}"
     if item["type"] == "missing":
         return f"{place} is missing"
-    if item["type"] == "extra_forbidden" and (became := _former(parts)):
-        return f"{place} {became}"
     if item["type"] == "extra_forbidden":
         return f"{place} {_unknown_key(item['loc'], file)}"
     message = item.get("several") or expectation(item)
@@ -134,12 +104,6 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
     if isinstance(item["input"], dict):  # a whole table: the message names its values
         return f"{place}: {message}"
     return f"{place} = {value_text(item['input'])}: {message}"
-
-
-def _former(place: Place) -> str | None:
-    """Return what became of a key that recipes once had; None for any other key."""
-    name = ".".join(part for part in place if isinstance(part, str))
-    return next((text for keys, text in FORMER.items() if fnmatchcase(name, keys)), None)
 
 
 def _example(place: Place, found: Any, file: type[Table]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -40,16 +40,6 @@ class WindowRecipe(Table):
     planned: bool = False
     remaining_amplitude: float = Field(0.01, gt=0, lt=1)
     allow_short: bool = False
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse_former_key(cls, values: Any) -> Any:
-        if isinstance(values, dict) and "inputs" in values:
-            raise ValueError(
-                f"inputs = {values['inputs']!r} is a key of a former version; expected planned = "
-                "true in place of 'step_end', and no key in place of 'now'"
-            )
-        return values
 
     @model_validator(mode="after")
     def _fits(self) -> WindowRecipe:

@@ -18,7 +18,7 @@ from slide_fmu.report.limits import meaning_of
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
 from slide_fmu.report.trust_charts import ratio_chart
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
-from slide_fmu.report.validity import is_ruled, judgement_table, judgements, rule
+from slide_fmu.report.validity import RULE, is_ruled, judgement_table, judgements
 from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -100,7 +100,7 @@ def _kinds_section(figures: ValidationFigures, words: Words) -> ReportSection:
 def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> ReportSection:
     """Return the section that says in words for which inputs the surrogate is valid."""
     found = judgements(main.surrogate, main.recipe, figures)
-    text = rule(main.surrogate) if is_ruled(found) else ""
+    text = RULE if is_ruled(found) else ""
     return ReportSection(
         "Where it is valid",
         text,

@@ -112,16 +112,14 @@ def _print_bound(bound: BoundFigures, console: Console) -> None:
         f"outside of the domain: {percent(bound.flagged)} of the samples, "
         f"{percent(bound.trajectories_flagged)} of the trajectories"
     )
-    if bound.untrusted is not None:
-        console.print(f"trusted is false: {percent(bound.untrusted)} of the samples")
+    console.print(f"trusted is false: {percent(bound.untrusted)} of the samples")
     covered = covered_sentence(bound)
     if covered is not None:
         console.print(covered)
     if bound.harm is not None:
-        where = "in the domain" if bound.untrusted is None else "trusted"
         console.print(
             f"harmful errors (more than {HARMFUL:g} times what is usual in range): "
-            f"{percent(bound.harm.harmful)} of the samples; {where} and above the bound "
+            f"{percent(bound.harm.harmful)} of the samples; trusted and above the bound "
             f"{percent(bound.harm.harmful_unnoticed)}"
         )
 

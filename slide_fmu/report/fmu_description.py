@@ -14,7 +14,7 @@ from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BoundDescription:
     """This describes an error bound: sizes, confidences, and lengths in s.
 
@@ -24,7 +24,7 @@ class BoundDescription:
         blocks_s: lengths of the blocks of its means.
         estimate_span_s: time over which the same networks estimate the error; None if they do not.
         tolerances: largest 95 % bounds that are trusted at the start, one of each output in its
-            unit; None of bounds that were made before there were any.
+            unit.
     """
 
     companion_parameters: int
@@ -32,19 +32,18 @@ class BoundDescription:
     confidences: tuple[float, ...]
     blocks_s: tuple[float, ...]
     estimate_span_s: float | None = optional()
-    tolerances: tuple[float, ...] | None = optional()
+    tolerances: tuple[float, ...]
 
     @classmethod
     def of(cls, bound: ErrorBound, step: float, scales: FloatArray) -> BoundDescription:
         """Describe a bound of samples of a step in s, of outputs with these scales."""
-        tolerances = bound.tolerances
         return cls(
             companion_parameters=bound.companion.count_parameters(),
             head_parameters=bound.head.count_parameters(),
             confidences=tuple(bound.confidences),
             blocks_s=tuple(length * step for length in bound.blocks),
             estimate_span_s=None if bound.span is None else bound.span.samples * step,
-            tolerances=None if tolerances is None else tuple((tolerances * scales).tolist()),
+            tolerances=tuple((bound.tolerances * scales).tolist()),
         )
 
 

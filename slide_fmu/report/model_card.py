@@ -29,7 +29,7 @@ from slide_fmu.report.trust_tables import (
     kind_table,
     tolerance_table,
 )
-from slide_fmu.report.validity import is_ruled, judgement_table, judgements, rule
+from slide_fmu.report.validity import RULE, is_ruled, judgement_table, judgements
 from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import ValidationFigures
@@ -98,7 +98,7 @@ def model_card(
         about_parameters=about_parameters(recipe),
         estimate_table=estimate_table(named),
         judgement_table=_plain_table(judgement_table(judged)),
-        rule=rule(surrogate) if is_ruled(judged) else "",
+        rule=RULE if is_ruled(judged) else "",
         bound_tables=_bound_tables(named) if surrogate.bound is not None else [],
         bound_sentences=_bound_sentences(surrogate, recipe, measured),
         bound_columns=COLUMNS,

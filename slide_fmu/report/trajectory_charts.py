@@ -13,10 +13,11 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.report.validity import has_tolerances
-from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
+
+NOT_TRUSTED = "not trusted (trusted is false)"
+"""What the FMU reports of samples that it flags, for legends."""
 
 MOST_SAMPLES = 3000
 """Largest number of samples of a chart; of a longer trajectory it shows the worst part."""
@@ -82,7 +83,7 @@ def _close_up(validation: Validation, output: int) -> Chart:
         ),
         parts=outside_parts(chosen, part),
         marks=[float(place)],
-        shaded=words_of_flag(validation.surrogate),
+        shaded=NOT_TRUSTED,
     )
 
 
@@ -170,13 +171,6 @@ def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     return parts_of(chosen.trust.flagged[part], chosen.time[part])
 
 
-def words_of_flag(surrogate: Surrogate) -> str:
-    """Say what the FMU reports of samples that it flags, for legends."""
-    if has_tolerances(surrogate):
-        return "not trusted (trusted is false)"
-    return "outside of the domain (in_domain is false)"
-
-
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:
     """Return the parts, from a time to a time in s, in which flags of samples are set, (N,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).reshape(-1, 2)
@@ -243,5 +237,5 @@ def _trajectory_chart(
         panels,
         text=f"{kind}, relative RMSE {percent(error)}",
         parts=outside_parts(chosen, part),
-        shaded=words_of_flag(validation.surrogate),
+        shaded=NOT_TRUSTED,
     )

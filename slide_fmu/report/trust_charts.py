@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, colour_of
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.report.trajectory_charts import parts_of, signals_panel, words_of_flag
+from slide_fmu.report.trajectory_charts import NOT_TRUSTED, parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.attacked import MeasuredInputs
@@ -195,7 +195,7 @@ def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Cha
         panels,
         parts=parts_of(~found.trusted[shown], time),
         marks=[surrogate.window.step * found.step],
-        shaded=words_of_flag(surrogate),
+        shaded=NOT_TRUSTED,
     )
 
 

@@ -8,7 +8,6 @@ from slide_fmu.report import trust_charts
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trust_sentences import (
     COLUMNS,
-    FLAGS,
     HARM,
     TOLERANCES,
     bound_sentences,
@@ -89,7 +88,7 @@ def search_sections(
     text = (
         f"A search changes the inputs of {figures.starts} unseen trajectories within their "
         f"ranges ({figures.changes_tried} changes are tried of each) so that an error becomes "
-        f"large relative to its bound while {FLAGS[figures.flag]}. With a bound of 95 % one step "
+        "large relative to its bound while trusted is true. With a bound of 95 % one step "
         "in twenty has a larger error anyway; a bound counts as broken where the error is more "
         f"than {BROKEN:g} times as large."
     )

@@ -6,7 +6,6 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.recipe import FURTHER, Recipe
-from slide_fmu.report.validity import has_tolerances
 from slide_fmu.surrogate.error_bound import calibrated
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import ValidationFigures
@@ -40,13 +39,6 @@ TOLERANCES = (
 """Explanation of ``slide_fmu.report.trust_tables.tolerance_table``."""
 
 
-FLAGS = {
-    "trusted": "trusted is true",
-    "in_domain": "the FMU counts the inputs as part of its domain",
-}
-"""The condition under which errors of a search count, by ``SearchFigures.flag``."""
-
-
 def search_sentence(figures: SearchFigures) -> str:
     """Give the result of the search for unnoticed errors (``validation.adversarial``)."""
     return " ".join([_noise_sentence(figures), *tries_sentences(figures)])
@@ -63,7 +55,7 @@ def tries_sentences(figures: SearchFigures) -> list[str]:
         f"A search tried {count} inputs as users set them: tones, offsets, holds and "
         "limits; the second half of them near the worst one.",
         f"On {broken} of {count} an error was more than {BROKEN:g} times its bound of 95 % while "
-        f"{FLAGS[figures.flag]}.",
+        "trusted is true.",
         *([f"On {failed} more the reference failed."] if failed else []),
         *_worst_sentences(worst),
     ]
@@ -88,14 +80,13 @@ def _noise_sentence(figures: SearchFigures) -> str:
     every = figures.before, figures.after, figures.after_highest
     before, after, above = (ratio_text(max(ratios)) for ratios in every)
     starts = figures.starts
-    where = "in the domain" if figures.flag == "in_domain" else "at trusted steps"
     at_first = sum(ratio > BROKEN for ratio in figures.before)
     return (
         f"A search within the ranges of the inputs, from {starts} unseen trajectories, "
-        f"found an error {where} of {after} times its bound of {usual} (before the search: "
-        f"{before}), and of {above} times its bound of {highest}. Errors of more than {BROKEN:g} "
-        f"times the bound of {usual} were found from {figures.broken} of {starts} starts "
-        f"(before the search: {at_first}), of {highest} from {figures.broken_at_highest}."
+        f"found an error at trusted steps of {after} times its bound of {usual} (before the "
+        f"search: {before}), and of {above} times its bound of {highest}. Errors of more than "
+        f"{BROKEN:g} times the bound of {usual} were found from {figures.broken} of {starts} "
+        f"starts (before the search: {at_first}), of {highest} from {figures.broken_at_highest}."
     )
 
 
@@ -110,9 +101,7 @@ def covered_sentence(bound: BoundFigures) -> str | None:
     known_words = "with inputs known to the step's end"
     text = f"Covered samples in the plain call: {plain}; {known_words}: {known}."
     both = bound.plain.untrusted, bound.known_to_step_end.untrusted
-    if None in both:
-        return text
-    rest, known = (percent(share) for share in both if share is not None)
+    rest, known = map(percent, both)
     return (
         f"{text} Samples where trusted is false: {rest} in the plain call, {known} {known_words}."
     )
@@ -173,18 +162,8 @@ def bound_sentences(
     bound = None if measured is None else measured.error_bound
     covered = None if bound is None else covered_sentence(bound)
     found += [] if covered is None else [covered]
-    if has_tolerances(surrogate):
-        call = " with inputs known to the step's end" if both else ""
-        return [*found, *_sentences_on_trust(recipe.bound, bound, call)]
-    wanted = percent(recipe.bound.former_domain_alarms)
-    if bound is None:
-        return [*found, f"False alarms were {wanted} of the samples of the calibration."]
-    return [
-        *found,
-        "False alarms: of the samples in range, in_domain is false for "
-        f"{percent(bound.flagged)}; of those of "
-        f"the calibration it was for {wanted}.",
-    ]
+    call = " with inputs known to the step's end" if both else ""
+    return [*found, *_sentences_on_trust(recipe.bound, bound, call)]
 
 
 def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None, call: str) -> list[str]:
@@ -199,7 +178,7 @@ def _sentences_on_trust(recipe: BoundRecipe, bound: BoundFigures | None, call: s
         f"trusted was false for at most {wanted} of the samples of the calibration, and in_domain "
         f"for {of_domain}."
     )
-    if bound is None or bound.untrusted is None:
+    if bound is None:
         return [*found, f"With the tolerances of the start, {calibrated_to}"]
     return [
         *found,

@@ -37,9 +37,6 @@ OF_AN_ESTIMATE = (
 
 NORM = "norm of the outputs"
 
-FLAGGED = "samples with trusted = false"
-"""Column of FMUs that have the flag."""
-
 
 def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
     """Return the deviations of every output and of their norm, each with its name.
@@ -96,7 +93,7 @@ def bound_table(validations: Validations) -> ReportTable:
         "rank correlation",
         "samples outside of the domain",
         "trajectories outside",
-        FLAGGED,
+        "samples with trusted = false",
     )
     rows = (
         (
@@ -104,12 +101,12 @@ def bound_table(validations: Validations) -> ReportTable:
             *_bound_cells(output),
             percent(b.flagged),
             percent(b.trajectories_flagged),
-            percent_or_nothing(b.untrusted),
+            percent(b.untrusted),
         )
         for name, b in _bounds(validations)
         for output in b.outputs
     )
-    return _with_flags(ReportTable.of(heading, rows), validations)
+    return ReportTable.of(heading, rows)
 
 
 def short_bound_table(bound: BoundFigures) -> ReportTable:
@@ -146,7 +143,7 @@ def kind_table(validations: Validations) -> ReportTable:
         "covered samples, mean",
         "lowest of a trajectory",
         "samples outside of the domain",
-        FLAGGED,
+        "samples with trusted = false",
     )
     rows = (
         (
@@ -156,12 +153,12 @@ def kind_table(validations: Validations) -> ReportTable:
             percent(min(kind.coverage)),
             percent(min(kind.lowest_coverage)),
             percent(kind.flagged),
-            percent_or_nothing(kind.untrusted),
+            percent(kind.untrusted),
         )
         for name, bound in _bounds(validations)
         for kind in bound.excitations
     )
-    return _with_flags(ReportTable.of(heading, rows), validations)
+    return ReportTable.of(heading, rows)
 
 
 def harm_table(validations: Validations) -> ReportTable:
@@ -169,16 +166,13 @@ def harm_table(validations: Validations) -> ReportTable:
 
     Validations without a known usual error have no rows.
     """
-    by_domain = "of them outside of the domain", "harmful, in the domain and above the bound"
-    by_flag = "of them flagged (not trusted)", "harmful, trusted and above the bound"
-    flagged, unnoticed = by_flag if _tolerant(validations) else by_domain
     heading = (
         "inputs",
         "excitation",
         "harmful samples",
-        flagged,
+        "of them flagged (not trusted)",
         "of the harmless ones",
-        unnoticed,
+        "harmful, trusted and above the bound",
     )
     rows = (
         (name, kind, *map(percent_or_nothing, vars(harm).values()))
@@ -246,8 +240,7 @@ def search_table(figures: SearchFigures) -> ReportTable:
         )
         for ratios, text in parts
     )
-    where = "in the domain" if figures.flag == "in_domain" else "where trusted"
-    heading = f"error over its bound, largest {where}", "median", "worst", "broken"
+    heading = "error over its bound, largest where trusted", "median", "worst", "broken"
     return ReportTable.of(heading, rows)
 
 
@@ -279,18 +272,6 @@ def _bounds(validations: Validations) -> list[tuple[str, BoundFigures]]:
     """Return the figures of bounds by validation; validations without bounds are left out."""
     found = ((name, validation.error_bound) for name, validation in validations.items())
     return [(name, bound) for name, bound in found if bound is not None]
-
-
-def _tolerant(validations: Validations) -> bool:
-    """Tell whether the FMU has the flag trusted."""
-    return any(bound.untrusted is not None for _, bound in _bounds(validations))
-
-
-def _with_flags(table: ReportTable, validations: Validations) -> ReportTable:
-    """Return a table without the column of an FMU without the flag trusted."""
-    if _tolerant(validations):
-        return table
-    return table.columns(*(name for name in table.heading if name != FLAGGED))
 
 
 def _correlation(value: float | None) -> str:

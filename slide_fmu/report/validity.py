@@ -25,8 +25,7 @@ MOSTLY = 0.5
 """Bounds do not count for a kind if a larger share of its harmless samples is flagged."""
 
 VALID = "valid"
-FLAGGED = "valid, but outside of the domain"
-UNTRUSTED = "valid, but flagged"
+FLAGGED = "valid, but flagged"
 NOTICED = "not valid, and the FMU says so"
 SILENT = "not valid, and the FMU does not always say so"
 TRAINED, HELD_OUT, BEYOND = "trained on", "not trained on", "beyond the range"
@@ -37,12 +36,13 @@ KNOWN_CALL, PLAIN_CALL = ", known to the step's end", "in the plain call "
 
 RULE = (
     f"A sample is harmful if its error exceeds {HARMFUL:g} times the usual 95 % level. It is "
-    "flagged if {flag} is false, and unnoticed if it is harmful, not flagged, and above its "
+    "flagged if trusted is false, and unnoticed if it is harmful, not flagged, and above its "
     f"bound. A kind of inputs is valid if at most {percent(MOST_HARMFUL)} of its samples are "
     f"harmful and at most {percent(MOST_UNNOTICED)} unnoticed. If only the second holds, it is "
     f"not valid, and the FMU says so. Where more than {percent(MOSTLY)} of the harmless samples "
-    "are flagged, a valid kind {beyond}."
+    "are flagged, a valid kind is called flagged."
 )
+"""Explanation of the verdicts on a surrogate."""
 
 
 COLUMNS = (
@@ -140,18 +140,15 @@ def judgements(
     """
     found: list[Judgement] = []
     rules, signals, step = rules_of(recipe), surrogate.inputs, surrogate.window.step
-    flagged = UNTRUSTED if has_tolerances(surrogate) else FLAGGED
     learnt = rules.described(recipe, signals, step, held_out=False)
     for figures in validations.values():
         if figures.amplitude != (1.0, 1.0):
-            found.append(_beyond(figures, flagged, _calls(surrogate, figures)))
+            found.append(_beyond(figures, _calls(surrogate, figures)))
         elif figures.held_out:
             held_out = rules.described(recipe, signals, step, held_out=True)
-            words, calls = (HELD_OUT, flagged), _calls(surrogate, figures)
-            found += _of_kinds(held_out, figures, words, calls)
+            found += _of_kinds(held_out, figures, HELD_OUT, _calls(surrogate, figures))
         else:
-            words, calls = (TRAINED, flagged), _calls(surrogate, figures)
-            found += _of_kinds(learnt, figures, words, calls)
+            found += _of_kinds(learnt, figures, TRAINED, _calls(surrogate, figures))
     named = {judgement.inputs for judgement in found}
     rest = [text for text in learnt.values() if text not in named]
     return found + [Judgement(TRAINED, text) for text in rest]
@@ -165,49 +162,34 @@ def judgement_table(found: Sequence[Judgement]) -> ReportTable:
     return ReportTable.of(heading, (j.row() for j in found)).without_empty_columns()
 
 
-def judgement_sentences(found: Sequence[Judgement], surrogate: Surrogate) -> list[str]:
+def judgement_sentences(found: Sequence[Judgement]) -> list[str]:
     """Return judgements as sentences; the rule comes last, where a verdict follows from it."""
     sentences = [f"{_upper(j.verdict)}: {j.described} ({j.measured})." for j in found]
-    return [*sentences, rule(surrogate)] if is_ruled(found) else sentences
-
-
-def rule(surrogate: Surrogate) -> str:
-    """Explain the verdicts on a surrogate."""
-    if has_tolerances(surrogate):
-        return RULE.format(flag="trusted", beyond="is called flagged")
-    beyond = "lies outside of the domain, and its bounds are not calibrated"
-    return RULE.format(flag="in_domain", beyond=beyond)
-
-
-def has_tolerances(surrogate: Surrogate) -> bool:
-    """Tell whether the FMU of a surrogate has the flag ``trusted``."""
-    return surrogate.bound is not None and surrogate.bound.tolerances is not None
+    return [*sentences, RULE] if is_ruled(found) else sentences
 
 
 def is_ruled(found: Sequence[Judgement]) -> bool:
     """Tell whether some verdicts follow from the rule."""
-    return any(j.verdict in (VALID, FLAGGED, UNTRUSTED, NOTICED, SILENT) for j in found)
+    return any(j.verdict in (VALID, FLAGGED, NOTICED, SILENT) for j in found)
 
 
 def _of_kinds(
     kinds: Mapping[str, str],
     figures: ValidationFigures,
-    words: tuple[str, str],
+    unknown: str,
     calls: tuple[str, str],
 ) -> Iterator[Judgement]:
     """Judge the kinds that were measured; the others have no trajectories.
 
-    The words are those for kinds without known harm, and for valid ones that are flagged;
-    ``calls`` are those of ``_calls``.
+    ``unknown`` is the verdict on kinds without known harm; ``calls`` are those of ``_calls``.
     """
-    unknown, flagged = words
     bounds = () if figures.error_bound is None else figures.error_bound.excitations
     found = {kind.name: kind for kind in bounds}
     for kind in figures.excitations:
         if kind.name in kinds:
             bound, error = found.get(kind.name), max(kind.relative_rmse)
             harm = None if bound is None else bound.harm
-            verdict = unknown if harm is None else _verdict(harm, flagged)
+            verdict = unknown if harm is None else _verdict(harm)
             yield Judgement(
                 verdict,
                 kinds[kind.name],
@@ -221,13 +203,13 @@ def _of_kinds(
             )
 
 
-def _beyond(figures: ValidationFigures, flagged: str, calls: tuple[str, str]) -> Judgement:
+def _beyond(figures: ValidationFigures, calls: tuple[str, str]) -> Judgement:
     """Judge all kinds together, at larger amplitudes."""
     bound = figures.error_bound
     harm = None if bound is None else bound.harm
     kinds = "kinds that were held out" if figures.held_out else "same kinds"
     text = f"inputs of the {kinds} at {between(figures.amplitude)} times the amplitude"
-    verdict = BEYOND if harm is None else _verdict(harm, flagged)
+    verdict = BEYOND if harm is None else _verdict(harm)
     covered = None
     if bound is not None:
         plain = bound.plain if calls[1] else None
@@ -249,10 +231,10 @@ def is_valid(harm: Harm) -> bool:
     return harm.harmful <= MOST_HARMFUL and harm.harmful_unnoticed <= MOST_UNNOTICED
 
 
-def _verdict(harm: Harm, flagged: str) -> str:
+def _verdict(harm: Harm) -> str:
     if not is_valid(harm):
         return NOTICED if harm.harmful_unnoticed <= MOST_UNNOTICED else SILENT
-    return flagged if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
+    return FLAGGED if (harm.harmless_flagged or 0.0) > MOSTLY else VALID
 
 
 def _upper(text: str) -> str:

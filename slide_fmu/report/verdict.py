@@ -202,16 +202,15 @@ def _bound(in_range: ValidationFigures, measured: RunFigures) -> str | None:
 def _harm_in_plain_call(found: BoundFigures) -> str:
     """Say how often the plain call is trusted, where harm was measured with known inputs."""
     harm = None if found.plain is None else found.plain.harm
-    untrusted = None if found.plain is None else found.plain.untrusted
-    if harm is None or harm == found.harm or untrusted is None:
+    if found.plain is None or harm is None or harm == found.harm:
         return ""
     flagged = ""
     if harm.harmful_flagged is not None:
         flagged = f" ({percent(harm.harmful_flagged)} of these flagged)"
     return (
-        f" In the plain call, trusted is false in {percent(untrusted)} of the samples, "
-        f"{percent(harm.harmful)} are harmful{flagged}, and {percent(harm.harmful_unnoticed)} "
-        "are harmful and unnoticed."
+        f" In the plain call, trusted is false in {percent(found.plain.untrusted)} of the "
+        f"samples, {percent(harm.harmful)} are harmful{flagged}, and "
+        f"{percent(harm.harmful_unnoticed)} are harmful and unnoticed."
     )
 
 

@@ -10,12 +10,12 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Chart
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import (
+    NOT_TRUSTED,
     error_panel,
     inputs_panel,
     name_of_motion,
     outputs_panel,
     outside_parts,
-    words_of_flag,
 )
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
@@ -86,5 +86,5 @@ def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
         text=f"{kind}, at {comparison.time[step.sample]:.6g} s",
         parts=outside_parts(comparison, part),
         marks=[float(comparison.time[step.sample])],
-        shaded=words_of_flag(validation.surrogate),
+        shaded=NOT_TRUSTED,
     )

@@ -21,9 +21,14 @@ from slide_fmu.surrogate.span_estimate import SpanEstimate
 
 def encode_bound(bound: ErrorBound) -> bytes:
     """Write the content of the section BOUN."""
-    numbers = [values.astype("<f8").tobytes() for values in (bound.factors, bound.limits)]
-    networks = [encode_network(network) for network in (bound.companion, bound.head)]
-    return struct.pack("<III", *bound.blocks, len(bound.limits)) + b"".join(numbers + networks)
+    sizes = struct.pack("<III", *bound.blocks, len(bound.limits))
+    numbers = _f64(bound.factors, bound.limits, bound.tolerances, bound.floors, bound.shares)
+    networks = encode_network(bound.companion) + encode_network(bound.head)
+    return sizes + numbers + networks + _f64(bound.quietest)
+
+
+def _f64(*parts: FloatArray) -> bytes:
+    return b"".join(part.astype("<f8").tobytes() for part in parts)
 
 
 def encode_span(span: SpanEstimate) -> bytes:
@@ -43,41 +48,11 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     return SpanEstimate(block, factors)
 
 
-def encode_tolerances(bound: ErrorBound) -> bytes:
-    """Write the content of the section TOLE, of a bound that has tolerances."""
-    return _f64(bound.tolerances, bound.floors, bound.shares, bound.quietest)
-
-
-def _f64(*parts: FloatArray | None) -> bytes:
-    return b"".join(part.astype("<f8").tobytes() for part in parts if part is not None)
-
-
-def decode_tolerances(section: Reader, bound: ErrorBound) -> ErrorBound:
-    """Read the content of the section TOLE: return the bound with it.
-
-    Raises:
-        ValueError: the bytes are not one tolerance, one floor and one share for each output, and
-            the least logarithms that the head gets.
-    """
-    tolerances = section.f64(bound.companion.n_values).copy()
-    floors, shares, quietest = _floors(section, bound)
-    section.done()
-    return dataclasses.replace(
-        bound, tolerances=tolerances, floors=floors, shares=shares, quietest=quietest
-    )
-
-
-def _floors(section: Reader, bound: ErrorBound) -> tuple[FloatArray, FloatArray, FloatArray]:
-    n_outputs = bound.companion.n_values
-    floors, shares = (section.f64(n_outputs).copy() for _ in range(2))
-    return floors, shares, section.f64(bound.n_logarithms).copy()
-
-
 def encode_plain(plain: ErrorBound) -> bytes:
     """Write the content of the section PLAI, the bound in the plain call."""
-    span = None if plain.span is None else plain.span.factors
-    numbers = plain.factors, plain.limits, plain.floors, plain.shares, plain.quietest, span
-    return _f64(*numbers) + encode_network(plain.head)
+    span = [] if plain.span is None else [plain.span.factors]
+    numbers = _f64(plain.factors, plain.limits, plain.floors, plain.shares, *span)
+    return numbers + encode_network(plain.head) + _f64(plain.quietest)
 
 
 def decode_plain(section: Reader, bound: ErrorBound) -> ErrorBound:
@@ -86,17 +61,15 @@ def decode_plain(section: Reader, bound: ErrorBound) -> ErrorBound:
     Raises:
         ValueError: the bytes are not the numbers and the head of an error bound.
     """
+    n_outputs, span = bound.companion.n_values, bound.span
     factors = section.f64(bound.factors.size).reshape(bound.factors.shape)
     limits = section.f64(len(bound.limits))
-    floors, shares, quietest = _floors(section, bound)
-    span = bound.span
+    floors, shares = (section.f64(n_outputs).copy() for _ in range(2))
     if span is not None:
         span = SpanEstimate(span.block, section.f64(len(span.factors)))
-    head = decode_network(section, bound.head.n_channels)
+    head = _decode_head(section, bound.head.n_channels)
+    quietest = section.f64(bound.n_logarithms).copy()
     section.done()
-    if not isinstance(head, FeedForward):
-        kind = type(head).__name__
-        raise ValueError(f"error bound: head is a {kind}; expected a FeedForward")
     plain = dataclasses.replace(
         bound,
         head=head,
@@ -119,8 +92,8 @@ def decode_bound(
 ) -> ErrorBound:
     """Read the content of the section BOUN of a surrogate.
 
-    ``estimator`` is the error estimator whose estimates the head takes, or None; ``span`` is the
-    content of the section SPAN.
+    ``estimator`` is the surrogate's error estimator, or None; ``span`` is the content of the
+    section SPAN.
 
     Raises:
         ValueError: the bytes are not an error bound.
@@ -128,14 +101,34 @@ def decode_bound(
     short, long, n_watched = (section.u32() for _ in range(3))
     factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)
     limits = section.f64(n_watched)
+    tolerances, floors, shares = (section.f64(n_outputs).copy() for _ in range(3))
     companion = decode_network(section, n_inputs)
     if not isinstance(companion, StateSpace):
         kind = type(companion).__name__
         raise ValueError(f"error bound: companion is a {kind}; expected a StateSpace")
     n_seen = len(companion.cell.a) + len(companion.roles.drive)
-    head = decode_network(section, statistics_count(n_seen, n_outputs, estimator is not None))
+    n_statistics = statistics_count(n_seen, n_outputs, estimator is not None)
+    head = _decode_head(section, n_statistics)
+    quietest = section.f64(n_statistics - n_seen).copy()
+    section.done()
+    return ErrorBound(
+        companion,
+        head,
+        (short, long),
+        factors,
+        limits,
+        tolerances=tolerances,
+        floors=floors,
+        shares=shares,
+        quietest=quietest,
+        estimator=estimator,
+        span=span,
+    )
+
+
+def _decode_head(section: Reader, n_statistics: int) -> FeedForward:
+    head = decode_network(section, n_statistics)
     if not isinstance(head, FeedForward):
         kind = type(head).__name__
         raise ValueError(f"error bound: head is a {kind}; expected a FeedForward")
-    section.done()
-    return ErrorBound(companion, head, (short, long), factors, limits, estimator, span)
+    return head

@@ -63,29 +63,19 @@ def check_bound(
         estimator: its error estimator.
 
     Raises:
-        ValueError: the network does not fit, the bound uses another estimator, the bound gives
-            an error estimate although there is an estimator, or a bound with tolerances does not
-            use it: files of such bounds could not be read.
+        ValueError: the network does not fit, or the bound does not use the surrogate's estimator:
+            files of such bounds could not be read.
     """
     if not fits:
         raise ValueError(
             f"surrogate {name!r} with an error bound; expected one only of state-space "
             "networks without physical parameters"
         )
-    if bound.estimator is not None and bound.estimator is not estimator:
+    if bound.estimator is not estimator:
         raise ValueError(
-            f"surrogate {name!r} with an error bound that uses another error estimator; expected "
-            "its own: fit the bound again"
-        )
-    if bound.tolerances is not None and bound.estimator is not estimator:
-        raise ValueError(
-            f"surrogate {name!r} with tolerances of an error bound that does not use the error "
-            "estimator; expected it to: fit the bound again"
-        )
-    if bound.span is not None and estimator is not None:
-        raise ValueError(
-            f"surrogate {name!r} with an error estimator and an error estimate of its bound; "
-            "expected one of them"
+            f"surrogate {name!r} with an error bound that uses "
+            f"{'no' if bound.estimator is None else 'another'} error estimator; expected "
+            f"{'none' if estimator is None else 'its own'}: fit the bound again"
         )
 
 

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.block_means import N_BLOCKS
 from slide_fmu.core.signals import FloatArray
@@ -88,17 +87,16 @@ class ErrorBound:
         factors: of the local scale, for each of ``CONFIDENCES`` and each output, shape (3,
             n_outputs).
         limits: of the watched means at the edge of the domain, shape (n_watched,).
-        estimator: the surrogate's error estimator, if the head takes its estimates.
+        tolerances: largest 95 % bounds that are trusted, relative to the outputs' scales, shape
+            (n_outputs,).
+        floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,).
+        shares: this share of the disagreement is the surrogate's own error, which no bound is
+            smaller than, above 0 and at most 1, shape (n_outputs,).
+        quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
+            as these.
+        estimator: the surrogate's error estimator, whose estimates the head takes, if it has one.
         span: forms an error estimate from the RMS errors of the head, if the surrogate has no
             estimator.
-        tolerances: largest 95 % bounds that are trusted, relative to the outputs' scales, shape
-            (n_outputs,); None of bounds that were made before there were any.
-        floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,). Bounds
-            with tolerances have floors, and are at least a share of the disagreement everywhere.
-        shares: this share of the disagreement is the surrogate's own error, above 0 and at most
-            1, shape (n_outputs,). Bounds with tolerances have them.
-        quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
-            as these. Bounds with tolerances have them.
         plain: the bound in the plain call, if it is another one: that of planned motions, which
             are forecast there. Only head and numbers are its own.
     """
@@ -108,12 +106,13 @@ class ErrorBound:
     blocks: tuple[int, int]
     factors: FloatArray
     limits: FloatArray
+    _: KW_ONLY
+    tolerances: FloatArray
+    floors: FloatArray
+    shares: FloatArray
+    quietest: FloatArray
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
-    tolerances: FloatArray | None = None
-    floors: FloatArray | None = None
-    shares: FloatArray | None = None
-    quietest: FloatArray | None = None
     plain: ErrorBound | None = None
 
     def __post_init__(self) -> None:
@@ -149,9 +148,8 @@ class ErrorBound:
             )
         if self.span is not None:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
-        if self.tolerances is not None:
-            self._check_numbers("tolerances", self.tolerances, (n_outputs,))
-        self._check_parts_of_tolerances()
+        self._check_numbers("tolerances", self.tolerances, (n_outputs,))
+        self._check_floors()
         self._check_plain()
 
     def _check_plain(self) -> None:
@@ -161,42 +159,27 @@ class ErrorBound:
         alike = (
             (one.companion, one.estimator, one.blocks, one.span is None) for one in (self, plain)
         )
-        both = (self.tolerances, plain.tolerances)
-        if len(set(alike)) > 1 or any(t is None for t in both) or plain.plain is not None:
+        if len(set(alike)) > 1 or plain.plain is not None:
             raise ValueError(
                 "error bound whose bound in the plain call has another companion, estimator or "
-                "blocks, or no tolerances; expected the same ones"
+                "blocks; expected the same ones"
             )
 
-    def _check_parts_of_tolerances(self) -> None:
+    def _check_floors(self) -> None:
         floors, shares, quietest = self.floors, self.shares, self.quietest
-        parts = {"tolerances": self.tolerances, "floors": floors, "shares": shares}
-        parts["quietest"] = quietest
-        missing = [name for name, values in parts.items() if values is None]
-        if 0 < len(missing) < len(parts):
-            raise ValueError(
-                f"error bound without {' and '.join(missing)}; expected all or none of "
-                f"{', '.join(parts)}"
-            )
         shape = (self.companion.n_values,)
-        if floors is not None and (
-            floors.shape != shape or not np.all(np.isfinite(floors) & (floors >= 0))
-        ):
+        if floors.shape != shape or not np.all(np.isfinite(floors) & (floors >= 0)):
             raise ValueError(
                 f"floors of an error bound {floors.tolist()}; expected {shape[0]} finite numbers "
                 "that are not negative"
             )
-        if shares is not None and (
-            shares.shape != shape or not np.all((shares > 0) & (shares <= 1))
-        ):
+        if shares.shape != shape or not np.all((shares > 0) & (shares <= 1)):
             raise ValueError(
                 f"shares of the disagreement {shares.tolist()}; expected {shape[0]} numbers above "
                 "0 that are at most 1"
             )
         shape = (self.n_logarithms,)
-        if quietest is not None and not (
-            quietest.shape == shape and np.all(np.isfinite(quietest))
-        ):
+        if quietest.shape != shape or not np.all(np.isfinite(quietest)):
             raise ValueError(
                 f"quietest logarithms of an error bound of shape {quietest.shape}; expected "
                 f"{shape}, all of them finite"
@@ -267,8 +250,7 @@ class ErrorBound:
         """
         with np.errstate(all="ignore"):  # values that are not finite remain visible in the result
             statistics, watched, disagreement = self.statistics(scaled, predicted)
-            if self.quietest is not None:
-                statistics = not_quieter(statistics, self.quietest)
+            statistics = not_quieter(statistics, self.quietest)
             samples = statistics.reshape(-1, 1, statistics.shape[-1])
             exponents = self.head.evaluate(samples).astype(np.float64)
             found = local_scales(exponents).reshape(*predicted.shape[:-1], -1)
@@ -314,23 +296,18 @@ class ErrorBound:
             )
         return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
 
-    def bounds(self, trust: Trust, confidence: float, in_domain: NDArray[np.bool_]) -> FloatArray:
+    def bounds(self, trust: Trust, confidence: float) -> FloatArray:
         """Return bounds, relative to the outputs' scales, (N, n_outputs).
 
-        They are the scales times the factors. With floors, see ``floored``; without, they are at
-        least the disagreement at samples outside the domain (``in_domain``, (N,)).
+        They are the scales times the factors, with floors (``floored``).
 
         Raises:
             ValueError: as for ``factors_at``.
         """
         bounds = self.factors_at(confidence) * trust.scales
-        outside = ~in_domain[:, None]
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
-        if self.floors is not None:
-            assert self.shares is not None
-            return floored(bounds, self.floors, self.shares * known)
-        return np.where(outside, np.maximum(bounds, known), bounds)
+        return floored(bounds, self.floors, self.shares * known)
 
 
 def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) -> FloatArray:

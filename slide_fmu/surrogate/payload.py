@@ -5,7 +5,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
 
     file     := "SLIDEFMU"  u32 version      section*  u32 crc32 (of all bytes before it)
     section  := 4-byte tag  u32 length in bytes (a multiple of 4)  content
-    sections, in this order, each once; PARA, ESTI, BOUN, SPAN, TOLE, PLAI and MOVE may be absent:
+    sections, in this order, each once; PARA, ESTI, BOUN, SPAN, PLAI, MOVE and RANG may be absent:
     WIND     := f64 step/s  u32 n_in  u32 n_out  u32 n_inputs  u32 n_outputs
     SCIN     := n_inputs  x (f64 offset  f64 scale  f64 start    input = (u - offset) / scale
                              u32 hold  u32 angle)
@@ -18,15 +18,16 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
     ESTI     := f64 low  f64 high  u32 positions  network        the error estimator
                 f32 least[count]  f32 largest[count]             of its features
     BOUN     := u32 short  u32 long  u32 n_watched               the error bound
-                f64 factor[3][n_outputs]  f64 limit[n_watched]  network  network
-    SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
-    TOLE     := f64 tolerance[n_outputs]                         of bounds that are trusted
+                f64 factor[3][n_outputs]  f64 limit[n_watched]
+                f64 tolerance[n_outputs]                         of bounds that are trusted
                 f64 floor[n_outputs]                             of bounds
                 f64 share[n_outputs]                             of the disagreement
+                network  network                                 the companion and the head
                 f64 quietest[n_logarithms]                       what the head gets at least
+    SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
     PLAI     := f64 factor[3][n_outputs]  f64 limit[n_watched]   the bound in the plain call
-                f64 floor[n_outputs]  f64 share[n_outputs]  f64 quietest[n_logarithms]
-                f64 factor[n_outputs] (with SPAN)  network
+                f64 floor[n_outputs]  f64 share[n_outputs]
+                f64 factor[n_outputs] (with SPAN)  network  f64 quietest[n_logarithms]
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     RANG     := f64[n_outputs][2]                                of the outputs in the training
@@ -45,22 +46,19 @@ the weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / 
 of degrees up to 16.
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
-0.99, the limits, the companion and the head (``error_bound.py``). It is never in a file with PARA.
-SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head gives twice
-the number of values. TOLE is only in files with BOUN; then bounds follow another formula
-(``floored``, ``not_quieter``). Its floors are not negative. PLAI is only in files with TOLE: it
-has numbers and head of BOUN, TOLE and SPAN for the plain call (``ErrorBound.plain``).
+0.99, the limits, tolerances, floors that are not negative, shares, the companion and the head
+(``error_bound.py``), which takes the estimates of ESTI where there is one. It is never in a file
+with PARA. SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head
+gives twice the number of values. PLAI is only in files with BOUN: it has other numbers and
+another head of BOUN and SPAN, for the plain call (``ErrorBound.plain``).
 
-Files with PLAI have version 11; others with TOLE have version 10; others with SPAN, or with BOUN
-and ESTI, have version 9; others with BOUN have version 8, files with PARA version 7, and all
-others version 6. In files of version 8, the head of BOUN does not take the estimates of ESTI.
+There is one version for all files: the sections that are present say what a file has. Another
+layout gets another version.
 
 MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
 they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
 inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges outputs
 that were computed from forecast inputs.
-
-Files of version 5 are those without MOVE.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -97,11 +95,9 @@ from slide_fmu.surrogate.bound_payload import (
     decode_bound,
     decode_plain,
     decode_span,
-    decode_tolerances,
     encode_bound,
     encode_plain,
     encode_span,
-    encode_tolerances,
 )
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
@@ -121,11 +117,9 @@ Made = TypeVar("Made")
 MAGIC = b"SLIDEFMU"
 HEAD, CHECKSUM = 12, 4
 """Bytes before and after the sections."""
-TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN TOLE PLAI MOVE RANG META".split())
+TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN PLAI MOVE RANG META".split())
 """Tags of the sections, in their order."""
-VERSION, WITH_PARAMETERS, WITH_BOUND, WITH_ESTIMATES = 6, 7, 8, 9
-WITH_TOLERANCES, WITH_PLAIN = 10, 11
-READABLE = range(5, WITH_PLAIN + 1)
+VERSION = 12
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Holds and angles; their positions are the numbers in the file."""
@@ -146,13 +140,7 @@ def encode(surrogate: Surrogate) -> bytes:
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
     scaling = surrogate.output_scaling
     polynomial = network.polynomial if isinstance(network, StateSpace) else None
-    version = VERSION if polynomial is None else WITH_PARAMETERS
-    if bound is not None:
-        estimates = bound.estimator is not None or bound.span is not None
-        version = WITH_ESTIMATES if estimates else WITH_BOUND
-        version = version if bound.tolerances is None else WITH_TOLERANCES
-        version = version if bound.plain is None else WITH_PLAIN
-    body = MAGIC + struct.pack("<I", version)
+    body = MAGIC + struct.pack("<I", VERSION)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
     body += _section(b"SCIN", _input_rows(inputs, surrogate.input_scaling))
     body += _section(b"SCOU", _f64(np.stack([scaling.offset, scaling.scale], 1)))
@@ -184,8 +172,6 @@ def _bound_sections(bound: ErrorBound) -> bytes:
     found = _section(b"BOUN", encode_bound(bound))
     if bound.span is not None:
         found += _section(b"SPAN", encode_span(bound.span))
-    if bound.tolerances is not None:
-        found += _section(b"TOLE", encode_tolerances(bound))
     if bound.plain is not None:
         found += _section(b"PLAI", encode_plain(bound.plain))
     return found
@@ -202,13 +188,13 @@ def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """
     if len(data) < HEAD + CHECKSUM:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
-    version = _version(data)
+    _check_version(data)
     (checksum,) = struct.unpack_from("<I", data, len(data) - 4)
     if zlib.crc32(data[:-4]) != checksum:
         raise PayloadError("surrogate file is damaged: its checksum does not match its content")
     reader = Reader(data[:-4], HEAD)
     try:
-        fields = _decode_sections(reader, version)
+        fields = _decode_sections(reader)
         if reader.position != len(reader.data):
             raise ValueError("unexpected bytes after the last section")
         return make(**fields)
@@ -228,7 +214,7 @@ def require_lengths(file: IO[bytes], size: int) -> None:
     Raises:
         PayloadError: the message has the offset and the expectation.
     """
-    _version(file.read(HEAD))
+    _check_version(file.read(HEAD))
     position, expected = HEAD, TAGS
     while position != size - CHECKSUM:
         file.seek(position)
@@ -247,17 +233,16 @@ def require_lengths(file: IO[bytes], size: int) -> None:
             )
 
 
-def _version(beginning: bytes) -> int:
-    """Return the version of a surrogate file, if this program can read it."""
+def _check_version(beginning: bytes) -> None:
+    """Refuse what does not begin like a surrogate file of this version."""
     if len(beginning) < HEAD or beginning[: len(MAGIC)] != MAGIC:
         raise PayloadError("not a surrogate file: expected it to begin with 'SLIDEFMU'")
     version = int.from_bytes(beginning[len(MAGIC) : HEAD], "little")
-    if version not in READABLE:
+    if version != VERSION:
         raise PayloadError(
-            f"surrogate file of version {version}; expected version {VERSION}: make it again from "
-            "its recipe with slide-fmu train, or use the version of slide-fmu that made it"
+            f"surrogate file of version {version}; expected version {VERSION}: make it again with "
+            "this version of slide-fmu (slide-fmu run RECIPE), or use the version that made it"
         )
-    return version
 
 
 def _f64(values: FloatArray) -> bytes:
@@ -299,7 +284,7 @@ class Fields(TypedDict, total=False):
     output_ranges: FloatArray
 
 
-def _decode_sections(reader: Reader, version: int) -> Fields:
+def _decode_sections(reader: Reader) -> Fields:
     """Read the fields of ``Surrogate``, by name."""
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
@@ -327,8 +312,7 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
         fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
-        seen = estimator if version >= WITH_ESTIMATES else None
-        fields["bound"] = _decode_bound(reader, version, (n_inputs, n_outputs), seen)
+        fields["bound"] = _decode_bound(reader, (n_inputs, n_outputs), estimator)
     if _is_next(reader, b"MOVE"):
         fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):
@@ -343,17 +327,15 @@ def _decode_sections(reader: Reader, version: int) -> Fields:
 
 
 def _decode_bound(
-    reader: Reader, version: int, sizes: tuple[int, int], estimator: ErrorEstimator | None
+    reader: Reader, sizes: tuple[int, int], estimator: ErrorEstimator | None
 ) -> ErrorBound:
     """Read the section BOUN, and those that may follow it; sizes: n_inputs, n_outputs."""
     section, span = reader.section(b"BOUN"), None
-    if version >= WITH_ESTIMATES and _is_next(reader, b"SPAN"):
+    if _is_next(reader, b"SPAN"):
         span = decode_span(reader.section(b"SPAN"), sizes[1])
     bound = decode_bound(section, *sizes, estimator, span)
-    if version >= WITH_TOLERANCES and _is_next(reader, b"TOLE"):
-        bound = decode_tolerances(reader.section(b"TOLE"), bound)
-        if version >= WITH_PLAIN and _is_next(reader, b"PLAI"):
-            bound = decode_plain(reader.section(b"PLAI"), bound)
+    if _is_next(reader, b"PLAI"):
+        bound = decode_plain(reader.section(b"PLAI"), bound)
     return bound
 
 

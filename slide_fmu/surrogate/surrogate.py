@@ -401,9 +401,8 @@ class Surrogate:
     def _bounds(
         self, trust: Trust, inputs: NDArray[Any], confidence: float
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        assert self.bound is not None
-        inside = self._known(trust, inputs)
-        return self.bound.bounds(trust, confidence, inside) * self.output_scaling.scale, inside
+        bounds = self._required_bound().bounds(trust, confidence)
+        return bounds * self.output_scaling.scale, self._known(trust, inputs)
 
     def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Return at which samples the surrogate knows such inputs: (N, n_inputs) to (N,).
@@ -425,15 +424,9 @@ class Surrogate:
         They are the start values of the FMU's parameters ``<output>_error_tolerance``.
 
         Raises:
-            ValueError: there is no error bound, or it was made before there were tolerances.
+            ValueError: there is no error bound.
         """
-        tolerances = self._required_bound().tolerances
-        if tolerances is None:
-            raise ValueError(
-                f"surrogate {self.name!r} has an error bound without tolerances, of an earlier "
-                "version of slide-fmu; expected some: train it again, or use in_domain"
-            )
-        return np.asarray(tolerances * self.output_scaling.scale)
+        return np.asarray(self._required_bound().tolerances * self.output_scaling.scale)
 
     def trusted(
         self, inputs: NDArray[Any], tolerances: FloatArray | None = None
@@ -464,24 +457,21 @@ class Surrogate:
     def error_bounds_and_flag(self, inputs: NDArray[Any]) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return 95 % bounds, (N, n_outputs), and where nothing says that outputs may be wrong.
 
-        The flag is ``trusted``; ``in_domain`` of a surrogate without tolerances.
+        The flag is ``trusted``, with the tolerances of the start.
 
         Raises:
             ValueError: as for ``trust``.
         """
-        known = self._required_bound().tolerances is not None
-        return self._bounds_and_flag(inputs, self.error_tolerances if known else None)
+        return self._bounds_and_flag(inputs, self.error_tolerances)
 
     def _bounds_and_flag(
-        self, inputs: NDArray[Any], allowed: FloatArray | None
+        self, inputs: NDArray[Any], allowed: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return 95 % bounds, and ``trusted`` with tolerances, or ``in_domain`` without them."""
+        """Return 95 % bounds, and ``trusted`` with these tolerances."""
         scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs)[None])
         predicted = self.network.stream(scaled).astype(np.float64)
         (trust,) = self._required_bound().along(scaled, predicted)
         bounds, inside = self._bounds(trust, inputs, USUAL_CONFIDENCE)
-        if allowed is None:
-            return bounds, inside
         if self.output_ranges is not None:
             inside = inside & self.outputs_in_range(self.output_scaling.invert(predicted[0]))
         inside[: self._required_bound().filling_length - 1] = False  # the past is not known
@@ -531,7 +521,7 @@ class Surrogate:
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:
-        """Read a surrogate file's bytes (``payload.py``), also those of version 5.
+        """Read a surrogate file's bytes (``payload.py``).
 
         Raises:
             PayloadError: the bytes are damaged or of another version.

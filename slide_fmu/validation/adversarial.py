@@ -6,7 +6,7 @@ From an unseen trajectory it changes the inputs of one window before the step wi
 ratio of error to bound, keeps the changes that make it worse, and goes on. It is an evolution
 strategy with one parent, one child and the one-fifth success rule (Rechenberg, 1973): the
 reference system needs no gradients. Samples that are not trusted do not count, since the FMU says
-so there; without tolerances, those outside of the domain.
+so there.
 """
 
 from __future__ import annotations
@@ -109,7 +109,6 @@ def search_figures(
         after_highest=tuple(found.after_highest for found in attacks),
         broken=sum(found.after > BROKEN for found in attacks),
         broken_at_highest=sum(found.after_highest > BROKEN for found in attacks),
-        flag="in_domain" if surrogate.bound.tolerances is None else "trusted",
         tries=tuple(one.figures for one in tried.worst_first),
         failed_tries=tried.failed,
     )

@@ -31,8 +31,7 @@ class MeasuredInputs:
         reference: true outputs after each input, in their units, shape (N, n_outputs).
         errors: absolute errors, in the outputs' units, shape (N, n_outputs).
         bounds: their bounds at the usual confidence, likewise.
-        trusted: where nothing says that outputs may be wrong: ``trusted``, or ``in_domain`` of a
-            surrogate without tolerances, (N,).
+        trusted: where nothing says that outputs may be wrong, (N,).
         first: the first sample that counts.
     """
 

@@ -40,9 +40,7 @@ def compare_with_truth(
     step, span = surrogate.window.step, surrogate.estimated_samples
     estimates = [f"{n}_error_estimate" for n in names] if surrogate.estimates_errors else []
     bounds = [] if surrogate.bound is None else [f"{n}_error_bound" for n in names]
-    domain = [NOVELTY, IN_DOMAIN] if bounds else []
-    tolerant = surrogate.bound is not None and surrogate.bound.tolerances is not None
-    domain += [TRUSTED] if tolerant else []
+    domain = [NOVELTY, IN_DOMAIN, TRUSTED] if bounds else []
     filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
     known = dict(parameters or {})
     at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}

@@ -249,7 +249,7 @@ class Validation:
         """Return tolerances by false alarms, which only samples in range can show."""
         bound, surrogate = self.surrogate.bound, self.surrogate
         in_range = self.task.amplitude == (1.0, 1.0) and not self.task.held_out
-        if bound is None or bound.tolerances is None or not in_range:
+        if bound is None or not in_range:
             return ()
         bounds, outside = [], []
         for c in self.trusted:

@@ -52,24 +52,23 @@ class TrustOutputs:
         bounds: of the errors, at the usual confidence, in the outputs' units, (N, n_outputs).
         novelty: 1 at the edge of the domain, (N,).
         in_domain: 1 where the FMU counted the sample as part of its domain, else 0, (N,).
-        trusted: 1 where the FMU was counted as right by all its signs, else 0, (N,); None of an
-            FMU without tolerances.
+        trusted: 1 where the FMU was counted as right by all its signs, else 0, (N,).
     """
 
     bounds: FloatArray
     novelty: FloatArray
     in_domain: FloatArray
-    trusted: FloatArray | None = None
+    trusted: FloatArray
 
     @property
     def flagged(self) -> NDArray[np.bool_]:
-        """Where the FMU reported that it may be wrong, (N,); without tolerances, by the domain."""
-        return np.asarray((self.in_domain if self.trusted is None else self.trusted) == 0)
+        """Where the FMU reported that it may be wrong, (N,)."""
+        return np.asarray(self.trusted == 0)
 
     def part(self, part: slice) -> TrustOutputs:
         """Return a part of the samples."""
-        trusted = None if self.trusted is None else self.trusted[part]
-        return TrustOutputs(self.bounds[part], self.novelty[part], self.in_domain[part], trusted)
+        flags = self.in_domain[part], self.trusted[part]
+        return TrustOutputs(self.bounds[part], self.novelty[part], *flags)
 
 
 def output_bound(
@@ -100,9 +99,7 @@ def domain_figures(answers: Sequence[TrustOutputs]) -> DomainFigures:
     return DomainFigures(
         flagged=float(np.mean(samples)),
         trajectories_flagged=float(np.mean(np.array(outside) > OFTEN)),
-        untrusted=None
-        if any(t.trusted is None for t in answers)
-        else float(np.mean(np.concatenate([t.flagged for t in answers]))),
+        untrusted=float(np.mean(np.concatenate([t.flagged for t in answers]))),
     )
 
 

@@ -6,7 +6,6 @@ They belong to ``error_figures``. Shares are of samples; lists of shares have a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from slide_fmu.core.figures import optional
 
@@ -36,19 +35,19 @@ class DomainFigures:
     """These are the shares of samples outside of the domain, and of trajectories often outside.
 
     Attributes:
-        untrusted: share of samples at which ``trusted`` is false; None of an FMU without it.
+        untrusted: share of samples at which ``trusted`` is false.
     """
 
     flagged: float
     trajectories_flagged: float
-    untrusted: float | None = optional()
+    untrusted: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Harm:
     """This is the harm that errors do, as shares of samples.
 
-    A sample is flagged where ``trusted`` is false; of an FMU without it, outside of the domain.
+    A sample is flagged where ``trusted`` is false.
 
     Attributes:
         harmful: samples with an error far above the usual one.
@@ -85,7 +84,7 @@ class Covered:
     """
 
     coverage: tuple[float, ...]
-    untrusted: float | None = optional()
+    untrusted: float
     harm: Harm | None = optional()
 
 
@@ -107,7 +106,7 @@ class BoundFigures(DomainFigures):
     """These are the measures of error bound and domain.
 
     Attributes:
-        tolerances: by the share of false alarms; only in range, of an FMU with ``trusted``.
+        tolerances: by the share of false alarms; only in range.
         plain, known_to_step_end: coverage in both calls of an FMU whose inputs move.
         harm: where the usual error in range is known.
     """
@@ -156,10 +155,9 @@ class SearchFigures:
         starts: number of unseen trajectories that the search began with.
         changes_tried: number of changes from each start.
         confidences: the usual confidence of bounds, and the highest.
-        before, after: largest error over its bound in the domain, at the usual confidence.
+        before, after: largest error over its bound at trusted steps, at the usual confidence.
         after_highest: the same after the search, at the highest confidence.
         broken, broken_at_highest: number of starts after which a bound is broken.
-        flag: the variable that must be true where errors count.
         tries: errors on inputs as users set them, the worst first; empty if none was tried.
         failed_tries: number of inputs that the reference could not be simulated on.
     """
@@ -172,6 +170,5 @@ class SearchFigures:
     after_highest: tuple[float, ...]
     broken: int
     broken_at_highest: int
-    flag: Literal["trusted", "in_domain"] = optional("in_domain")
     tries: tuple[TryFigures, ...] = optional(())
     failed_tries: int = optional(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_plain, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
@@ -53,7 +53,6 @@ BOUNDED_MOVING = replace(
 )
 SEEN = replace(BOUNDED, positions=3)
 SPANNED = replace(BOUNDED_MOVING, n_in=4)
-TOLERANT = replace(BOUNDED, n_in=4)
 PLAIN_TOO = replace(BOUNDED_MOVING, n_in=5)
 
 FUZZED = (
@@ -77,7 +76,6 @@ FUZZED = (
     BOUNDED_MOVING,
     SEEN,
     SPANNED,
-    TOLERANT,
     PLAIN_TOO,
 )
 """All families, sets of features, kinds of units and of error estimators.
@@ -89,12 +87,11 @@ Inputs of the fuzz target name them by their number: add at the end only.
 def small_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of one of these shapes; beside bounded ones is an error bound.
 
-    One of them sees what the error estimator expects, another gives the error estimate, one
-    has tolerances, and one has them and another bound in the plain call.
+    One of them sees what the error estimator expects, another gives the error estimate, and one
+    has another bound in the plain call.
     """
-    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, TOLERANT, PLAIN_TOO):
+    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, PLAIN_TOO):
         return random_surrogate(shape)
-    surrogate = bounded_surrogate(shape, (1, 2), sees_estimates=shape == SEEN)
-    surrogate = with_tolerances(surrogate) if shape in (TOLERANT, PLAIN_TOO) else surrogate
+    surrogate = bounded_surrogate(shape, (1, 2))
     surrogate = with_span(surrogate, 2) if shape in (SPANNED, PLAIN_TOO) else surrogate
     return with_plain(surrogate) if shape == PLAIN_TOO else surrogate

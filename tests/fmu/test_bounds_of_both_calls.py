@@ -8,19 +8,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_plain, with_span
 from tests.fmu.native import OK, Load, Loaded, Native
 from tests.fmu.test_error_bounds import BLOCKS, SHAPES, go, judging, read, surrogate_of
 from tests.fmu.test_estimates import PATTERNS
 from tests.fmu.test_moving_inputs import set_at_step_end
 
 
-@pytest.mark.parametrize("name", ["floored_judged", "both_span", "both_seen"])
+@pytest.mark.parametrize("name", ["judged", "both_span", "both_seen"])
 def test_each_call_has_its_own_bound(load: Load, name: str) -> None:
-    surrogate = surrogate_of("floored_judged")
+    surrogate = surrogate_of("judged")
     if name == "both_seen":
         shape = dataclasses.replace(SHAPES["judged"], positions=3)
-        surrogate = with_tolerances(judging(bounded_surrogate(shape, BLOCKS, sees_estimates=True)))
+        surrogate = judging(bounded_surrogate(shape, BLOCKS))
     surrogate = with_plain(with_span(surrogate) if name == "both_span" else surrogate)
     bound = surrogate.bound
     assert bound is not None
@@ -48,7 +48,7 @@ def test_each_call_has_its_own_bound(load: Load, name: str) -> None:
 def test_bound_read_before_the_call_was_chosen_is_that_of_the_chosen_one(
     load: Load, at_step_end: float
 ) -> None:
-    surrogate = with_plain(surrogate_of("floored_judged"))
+    surrogate = with_plain(surrogate_of("judged"))
     loaded, steps = load(surrogate), [1.0] * 30
     expected = go(started(loaded, at_step_end), surrogate, steps, lambda k: k > 20)[1]
     native = loaded.instance()

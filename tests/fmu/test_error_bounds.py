@@ -15,7 +15,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.error_bound import local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
@@ -39,18 +39,14 @@ SHAPES = {
     "substeps": dataclasses.replace(PLAIN, cell=CellShape(2, 3, "mixed", substeps=3)),
 }
 OF_NETWORKS = {
-    "seen": "estimated",
     "seen_forecast": "forecast",
     "span": "plain",
     "span_forecast": "forecast",
     "span_judged": "judged",
     "span_gated": "gated",
-    "floored": "plain",
-    "floored_forecast": "forecast",
-    "floored_judged": "judged",
 }
-"""Shapes of surrogates whose head sees what their error estimator expects, and of others whose
-bound gives the error estimate, or has floors."""
+"""Shapes of surrogates that get an error estimator, and of others whose bound gives the error
+estimate."""
 
 NAMES = (*SHAPES, *OF_NETWORKS)
 BLOCKS = (2, 5)
@@ -68,11 +64,9 @@ def surrogate_of(
     shape = SHAPES[OF_NETWORKS.get(name, name)]
     shape = shape if cell is None else dataclasses.replace(shape, cell=cell)
     if name.startswith("seen"):
-        shape = dataclasses.replace(shape, positions=3)
-        return bounded_surrogate(shape, blocks, sees_estimates=True)
+        return bounded_surrogate(dataclasses.replace(shape, positions=3), blocks)
     surrogate = bounded_surrogate(shape, blocks)
     surrogate = judging(surrogate) if name.endswith("judged") else surrogate
-    surrogate = with_tolerances(surrogate) if name.startswith("floored") else surrogate
     return with_span(surrogate) if name.startswith("span") else surrogate
 
 
@@ -134,7 +128,7 @@ def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, patte
         assert found == {k: eager[k] for k in found}
 
 
-@pytest.mark.parametrize("name", ["seen_forecast", "forecast", "span_judged", "floored_judged"])
+@pytest.mark.parametrize("name", ["seen_forecast", "forecast", "span_judged", "judged"])
 def test_steps_that_fail_change_no_bound(load: Load, name: str) -> None:
     """Cubes of one fail by what was set, of the next by where its derivatives say it goes."""
     surrogate = surrogate_of(name, cell=CellShape(activation="cubic", contraction=0.9))
@@ -162,7 +156,7 @@ def test_steps_that_fail_change_no_bound(load: Load, name: str) -> None:
 )
 @pytest.mark.parametrize(
     "name",
-    ["plain", "estimated", "gated", "roles", "substeps", "seen", "span", "span_gated", "floored"],
+    ["plain", "estimated", "gated", "roles", "substeps", "span", "span_gated"],
 )
 def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int]) -> None:
     surrogate = surrogate_of(name, blocks)
@@ -359,7 +353,7 @@ def test_bounds_due_when_a_state_is_saved_are_due_after_it_is_restored(
         assert ahead[0][1] == ahead[1][1]
 
 
-@pytest.mark.parametrize("name", ["plain", "seen", "span"])
+@pytest.mark.parametrize("name", ["plain", "estimated", "span"])
 def test_reset_forgets_bounds_and_the_confidence(load: Load, name: str) -> None:
     surrogate = surrogate_of(name)
     loaded = load(surrogate)
@@ -373,7 +367,7 @@ def test_reset_forgets_bounds_and_the_confidence(load: Load, name: str) -> None:
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("name", ["plain", "forecast", "seen", "span"])
+@pytest.mark.parametrize("name", ["plain", "forecast", "estimated", "span"])
 def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name: str) -> None:
     surrogate = surrogate_of(name)
     native = load(surrogate).instance().start()

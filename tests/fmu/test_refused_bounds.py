@@ -22,7 +22,6 @@ from tests.bounded import (
     random_bound,
     with_plain,
     with_span,
-    with_tolerances,
 )
 from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -30,6 +29,9 @@ from tests.fmu.test_refused_payloads import refused
 
 SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 LONGEST = MAX_WINDOW // 9
+TOLERANCES = 12 + 8 * (3 * 2 + 9)
+FLOORS, SHARES = TOLERANCES + 8 * 2, TOLERANCES + 8 * 4
+"""Places of the numbers of two outputs in a section BOUN with nine limits."""
 
 
 def with_checksum(body: bytes) -> bytes:
@@ -39,8 +41,13 @@ def with_checksum(body: bytes) -> bytes:
 def edited(
     surrogate: Surrogate, place: int, kind: str, value: float, section: bytes = b"BOUN"
 ) -> bytes:
-    """The surrogate's file with another number at a place in a section, mostly the bound's."""
+    """The surrogate's file with another number at a place in a section, mostly the bound's.
+
+    Places below 0 count from the section's end.
+    """
     body = bytearray(surrogate.to_bytes()[:-4])
+    if place < 0:
+        place += int.from_bytes(body[body.index(section) + 4 :][:4], "little")
     struct.pack_into(kind, body, body.index(section) + 8 + place, value)
     return with_checksum(bytes(body))
 
@@ -227,7 +234,7 @@ def test_factors_of_an_estimate_that_are_not_positive_are_refused(
 
 def test_estimate_of_a_bound_beside_an_estimator_is_refused(load: Load) -> None:
     spanned = with_span(bounded_surrogate(SHAPE))
-    seeing = bounded_surrogate(dataclasses.replace(SHAPE, positions=3), sees_estimates=True)
+    seeing = bounded_surrogate(dataclasses.replace(SHAPE, positions=3))
     body, other = seeing.to_bytes()[:-4], spanned.to_bytes()[:-4]
     section = other[other.index(b"SPAN") : other.index(b"META")]
     place = body.index(b"META")
@@ -240,64 +247,55 @@ def test_estimate_of_a_bound_beside_an_estimator_is_refused(load: Load) -> None:
 def test_tolerances_that_are_not_positive_are_refused(
     load: Load, spanned: bool, value: float
 ) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    surrogate = bounded_surrogate(SHAPE)
     surrogate = with_span(surrogate) if spanned else surrogate
-    message = refused(load(surrogate), edited(surrogate, 8, "<d", value, b"TOLE"))
+    message = refused(load(surrogate), edited(surrogate, TOLERANCES + 8, "<d", value))
     assert "tolerance " in message
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
 @pytest.mark.parametrize("name", ["tolerances", "floors", "shares", "quietest"])
 def test_another_number_of_tolerances_is_refused(load: Load, name: str, count: int) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    surrogate = bounded_surrogate(SHAPE)
     content = unchecked(surrogate, **{name: np.ones(count)})
     assert "surrogate file" in refused(load(surrogate), content)
 
 
 @pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
 def test_floors_that_are_no_size_of_an_error_are_refused(load: Load, value: float) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    message = refused(load(surrogate), edited(surrogate, 8 * 3, "<d", value, b"TOLE"))
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), edited(surrogate, FLOORS + 8, "<d", value))
     assert "floor " in message
 
 
 @pytest.mark.parametrize("value", [0.0, -0.5, 1.001, float("nan")])
 def test_shares_of_the_disagreement_that_are_none_are_refused(load: Load, value: float) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    message = refused(load(surrogate), edited(surrogate, 8 * 5, "<d", value, b"TOLE"))
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), edited(surrogate, SHARES + 8, "<d", value))
     assert "share " in message
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
-@pytest.mark.parametrize("place", [6, -1])
+@pytest.mark.parametrize("first", [True, False])
 def test_quietest_logarithms_that_are_not_finite_are_refused(
-    load: Load, place: int, value: float
+    load: Load, first: bool, value: float
 ) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    place = place if place > 0 else 5 + bound_of(surrogate).n_logarithms
-    message = refused(load(surrogate), edited(surrogate, 8 * place, "<d", value, b"TOLE"))
+    surrogate = bounded_surrogate(SHAPE)
+    place = -8 * (bound_of(surrogate).n_logarithms if first else 1)
+    message = refused(load(surrogate), edited(surrogate, place, "<d", value))
     assert "quietest" in message
 
 
 def test_floor_of_zero_is_read(load: Load) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    content = edited(surrogate, 8 * 3, "<d", 0.0, b"TOLE")
+    surrogate = bounded_surrogate(SHAPE)
+    content = edited(surrogate, FLOORS + 8, "<d", 0.0)
     again = Surrogate.from_bytes(content)
     assert again.to_bytes() == content
     assert load(again).instance().component.value
 
 
-@pytest.mark.parametrize("version", [8, 9])
-def test_tolerances_in_a_file_of_an_earlier_version_are_refused(load: Load, version: int) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    body = bytearray(surrogate.to_bytes()[:-4])
-    assert body[8] == 10
-    struct.pack_into("<I", body, 8, version)
-    assert "surrogate file" in refused(load(surrogate), with_checksum(bytes(body)))
-
-
 def plain_bounded(spanned: bool = False) -> Surrogate:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
+    surrogate = bounded_surrogate(SHAPE)
     return with_plain(with_span(surrogate) if spanned else surrogate)
 
 
@@ -328,36 +326,27 @@ def test_head_of_the_plain_call_with_another_number_of_values_is_refused(load: L
     bound = bound_of(plain_bounded(spanned=True))
     assert bound.plain is not None
     longer = other[other.index(b"PLAI") : other.index(b"META")]
-    head = 8 + 8 * (bound.factors.size + len(bound.limits) + 4 + bound.n_logarithms)
+    head = 8 + 8 * (bound.factors.size + len(bound.limits) + 4)
     section = longer[8:head] + longer[head + 16 :]  # without the factors of the estimate
     section = b"PLAI" + struct.pack("<I", len(section)) + section
     content = with_checksum(one[:place] + section + one[end:])
     assert "gives 4 values; expected 2" in refused(load(plain_bounded()), content)
 
 
-@pytest.mark.parametrize("version", [8, 9, 10])
-def test_bound_in_the_plain_call_in_a_file_of_an_earlier_version_is_refused(
-    load: Load, version: int
+def test_bound_of_the_plain_call_without_the_other_is_refused(load: Load) -> None:
+    body = plain_bounded().to_bytes()[:-4]
+    content = body[: body.index(b"BOUN")] + body[body.index(b"PLAI") :]
+    assert "expected section META" in refused(load(plain_bounded()), with_checksum(content))
+
+
+@pytest.mark.parametrize("positions", [0, 3])
+def test_head_that_does_not_see_the_estimator_that_there_is_is_refused(
+    load: Load, positions: int
 ) -> None:
-    body = bytearray(plain_bounded().to_bytes()[:-4])
-    assert body[8] == 11
-    struct.pack_into("<I", body, 8, version)
-    assert "surrogate file" in refused(load(plain_bounded()), with_checksum(bytes(body)))
-
-
-def test_tolerances_without_a_bound_are_refused(load: Load) -> None:
-    surrogate = with_tolerances(bounded_surrogate(SHAPE))
-    body = surrogate.to_bytes()[:-4]
-    content = body[: body.index(b"BOUN")] + body[body.index(b"TOLE") :]
-    assert "surrogate file" in refused(load(surrogate), with_checksum(content))
-
-
-@pytest.mark.parametrize(("sees_estimates", "version"), [(False, 9), (True, 8)])
-def test_head_that_sees_estimates_in_a_file_of_the_other_version_is_refused(
-    load: Load, sees_estimates: bool, version: int
-) -> None:
-    shape = dataclasses.replace(SHAPE, positions=3)
-    surrogate = bounded_surrogate(shape, sees_estimates=sees_estimates)
-    body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into("<I", body, 8, version)
-    assert "surrogate file" in refused(load(surrogate), with_checksum(bytes(body)))
+    one, other = (
+        bounded_surrogate(dataclasses.replace(SHAPE, positions=count))
+        for count in (positions, 3 - positions)
+    )
+    head, quietest = bound_of(other).head, bound_of(other).quietest
+    content = unchecked(one, head=head, quietest=quietest)
+    assert "surrogate file" in refused(load(one), content)

@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.payload import PayloadError
+from slide_fmu.surrogate.payload import VERSION, PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.native import Load, Loaded
@@ -45,15 +45,16 @@ def test_estimators_of_another_family_are_refused(load: Load) -> None:
     assert "estimator is a network of kind 2; expected 1 (feed-forward)" in message
 
 
-def test_library_refuses_a_file_of_version_4_and_says_how_to_get_another(load: Load) -> None:
+def test_library_refuses_a_file_of_another_version_and_says_how_to_get_one(load: Load) -> None:
     loaded = load(sum_surrogate())
     content = loaded.surrogate.to_bytes()
-    body = content[:8] + struct.pack("<I", 4) + content[12:-4]
+    body = content[:8] + struct.pack("<I", VERSION - 1) + content[12:-4]
     old = body + struct.pack("<I", zlib.crc32(body))
     (loaded.folder / "resources" / "surrogate.slide").write_bytes(old)
     native = loaded.instance()
     assert not native.component.value
-    assert "of version 4; expected version 6: make the FMU again with" in native.messages[0]
+    expected = f"of version {VERSION - 1}; expected version {VERSION}: make the FMU again with"
+    assert expected in native.messages[0]
 
 
 @pytest.mark.parametrize("positions", [0, (1 << 20) + 1, 0xFFFFFFFF])

@@ -12,11 +12,10 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_tolerances
 from tests.fmu.native import DISCARD, OK, Load, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP
-from tests.fmu.test_error_bounds import BLOCKS, PLAIN, places, read, surrogate_of
+from tests.fmu.test_error_bounds import places, read, surrogate_of
 
 COUNT = 200
 RNG = np.random.default_rng(8)
@@ -30,7 +29,7 @@ def tolerant(name: str, ranges: bool = True) -> Surrogate:
         name: one of ``tests.fmu.test_error_bounds.NAMES``.
         ranges: whether the ranges of the outputs are known.
     """
-    surrogate = with_tolerances(surrogate_of(name))
+    surrogate = surrogate_of(name)
     bound = surrogate.bound
     assert bound is not None
     inputs = inputs_of(surrogate)
@@ -69,7 +68,7 @@ def flags(native: Native | Native3, surrogate: Surrogate, inputs: FloatArray) ->
 
 
 @pytest.mark.parametrize("ranges", [False, True])
-@pytest.mark.parametrize("name", ["plain", "gated", "seen", "span"])
+@pytest.mark.parametrize("name", ["plain", "gated", "estimated", "span"])
 def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
     surrogate = tolerant(name, ranges)
     inputs = inputs_of(surrogate)
@@ -88,7 +87,7 @@ def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
         assert np.array_equal(flags(native, surrogate, inputs), expected)
 
 
-@pytest.mark.parametrize("name", ["plain", "gated", "seen", "span"])
+@pytest.mark.parametrize("name", ["plain", "gated", "estimated", "span"])
 def test_bounds_with_floors_are_those_of_numpy_for_every_confidence(load: Load, name: str) -> None:
     """In the domain, too, the disagreement is at times the larger one."""
     surrogate = tolerant(name)
@@ -203,12 +202,6 @@ def test_saved_state_has_the_tolerances_and_a_reset_gives_back_the_first(load: L
     assert native.get(first, 2) == surrogate.error_tolerances.tolist()
 
 
-def test_a_bound_without_tolerances_has_no_such_variables() -> None:
-    keys = {v.kind.key for v in fmu_variables(bounded_surrogate(PLAIN, BLOCKS), 3)}
-    assert "IN_DOMAIN" in keys
-    assert not keys & {"TRUSTED", "ERROR_TOLERANCE"}
-
-
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_tolerances_are_parameters_in_the_units_of_the_outputs(fmi: FmiVersion) -> None:
     surrogate = tolerant("plain")
@@ -240,7 +233,7 @@ def test_held_inputs_that_change_within_a_sample_are_not_trusted(load: Load) -> 
 
 def test_longer_steps_of_inputs_that_are_forecast_are_not_trusted(load: Load) -> None:
     """Nobody knows what such inputs were between the ends of a step."""
-    surrogate = surrogate_of("floored_judged")
+    surrogate = surrogate_of("judged")
     assert surrogate.bound is not None
     count = surrogate.bound.filling_length
     native = load(surrogate).instance().start()

@@ -12,7 +12,7 @@ from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variable
 from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KIND
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.native import ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
@@ -53,7 +53,6 @@ SHAPES = {
 SURROGATES = {name: random_surrogate(shape) for name, shape in SHAPES.items()} | {
     "bound": bounded_surrogate(SHAPES["cell"]),
     "bound with estimate": with_span(bounded_surrogate(SHAPES["cell"])),
-    "bound with tolerances": with_tolerances(bounded_surrogate(SHAPES["cell"])),
 }
 
 

@@ -112,10 +112,6 @@ MISSPELT = {
         "[training]\nkept = 3\n",
         "training.kept is not a known key; kept is one of [training.expert]: move or remove it",
     ),
-    "of a former version": (
-        "[training]\nstretches = 3\n",
-        "training.stretches is named refinements now, of [training.expert]",
-    ),
     "nowhere": ("[data]\nxyz = 3\n", "data.xyz is not a known key; remove it or correct"),
     "a family": (
         '[network]\nfamily = "statespace"\n',

@@ -263,60 +263,6 @@ def test_places_in_lists_are_counted_from_one() -> None:
     assert in_words(("window", "step")) == "window.step"
 
 
-FORMER = {
-    "system.drawing": "is drawing of the table [apps.page] now",
-    "data.budget_minutes": "is gone: give data.train a number",
-    "data.further": "is further of the table [bound.expert] now",
-    "stability.contraction": "is a constant now",
-    "stability.growth": "is a constant now",
-    "training.flip_signs": "is flip_signs of [training.expert] now",
-    "training.newest_weight": "is gone",
-    "training.expert.newest_weight": "is gone",
-    "training.stretches": "is named refinements now, of [training.expert]",
-    "training.expert.stretches": "is named refinements now, of [training.expert]",
-    "training.kept_iterations": "kept_iterations is one of [training.expert]: move",
-    "training.dense_limit": "dense_limit is one of [training.expert]: move",
-    "bound.companion": "is the table [bound.expert.companion] now",
-    "bound.expert.companion.stretches": "is named refinements now",
-    "bound.expert.companion.start": "is gone: remove it; training.start also names the companion",
-    "bound.hidden": "hidden is one of [bound.expert]: move",
-    "bound.steps": "steps is one of [bound.expert]: move",
-    "estimator.pretraining": "pretraining is one of [estimator.expert]: move",
-    "estimator.lags": "lags is one of [estimator.expert]: move",
-    "estimator.training.newest_weight": "is gone",
-    "estimator.training.expert.newest_weight": "is gone",
-    "estimator.training.final_learning_rate": "is one of [estimator.training.expert]: move",
-    "estimator.expert.pretraining.newest_weight": "is gone",
-}
-"""Keys that recipes once had, one of each kind, with what became of them."""
-
-
-@pytest.mark.parametrize("place", FORMER)
-def test_key_of_former_versions_is_answered_with_what_became_of_it(place: str) -> None:
-    table, _, key = place.rpartition(".")
-    text = PLAIN if f"[{table}]" in PLAIN else f"{PLAIN}\n[{table}]\n"
-    with refused(RecipeError, f"spring.toml: {place} ", FORMER[place]):
-        parse_open_recipe(text.replace(f"[{table}]", f"[{table}]\n{key} = 1"), "spring.toml")
-
-
-@pytest.mark.parametrize("table", ["data", "bound", "validation"])
-@pytest.mark.parametrize(
-    ("kind", "key", "words"),
-    [
-        ("box", "corners", "since it is a constant now: remove"),
-        ("speed_ramps", "constant_speed", "since it is a constant now: remove"),
-        ("speed_ramps", "noise_share", "noise is on all trajectories"),
-        ("point_to_point", "random_start", "motions begin within a move"),
-    ],
-)
-def test_former_key_of_an_excitation_is_answered_as_gone(
-    table: str, kind: str, key: str, words: str
-) -> None:
-    text = f'{PLAIN}\n[[{table}.excitation]]\nkind = "{kind}"\nweight = 1.0\n{key} = 0.5\n'
-    with refused(RecipeError, f"({kind}), key {key} is gone", words):
-        parse_open_recipe(text, "spring.toml")
-
-
 @pytest.mark.parametrize(
     ("table", "key", "text"),
     [

@@ -89,20 +89,11 @@ def test_long_trajectory_is_drawn_around_its_largest_error() -> None:
     assert line.y.max() == 9.0
 
 
-def test_error_has_its_bound_and_what_is_outside_of_the_domain_is_shaded() -> None:
+def test_error_has_its_bound_and_what_is_not_trusted_is_shaded() -> None:
     chart, _ = trajectory_charts(bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,))))
     (band,) = panel_of(chart, "error").bands
     assert band.high.tolist() == [2.0] * 4
     assert list(chart.parts) == [(1.0, 2.0)]
-    assert chart.shaded == "outside of the domain (in_domain is false)"
-
-
-def test_legend_of_an_fmu_with_tolerances_names_its_flag() -> None:
-    found = bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,)))
-    of = {"outputs": found.surrogate.outputs, "inputs": found.surrogate.inputs}
-    bound = SimpleNamespace(tolerances=(1.0, 1.0))
-    surrogate = SimpleNamespace(**of, bound=bound, estimated_samples=2)
-    chart, _ = trajectory_charts(replace(found, surrogate=surrogate))
     assert chart.shaded == "not trusted (trusted is false)"
 
 

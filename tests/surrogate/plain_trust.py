@@ -61,7 +61,8 @@ def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
         levels = [plain_mean(column, k, bound.blocks[1]) for column in columns]
         watched = [*short, *long, *levels]
         expected = [] if bound.estimator is None else bound.estimator.along(scaled[: k + 1], 2)[k]
-        logs = [float(logarithms(np.array(v))) for v in (*squares[k], *watched, *expected)]
+        every = zip((*squares[k], *watched, *expected), bound.quietest, strict=True)
+        logs = [max(float(logarithms(np.array(v))), least) for v, least in every]
         values = bound.head.evaluate(np.array([*seen[k], *logs])[None, None])[0]
         found.append([2.0 ** float(v) for v in values])
         disagreement.append([math.sqrt(max(*p)) for p in zip(squares[k], short, strict=True)])

@@ -16,30 +16,24 @@ from tests.refusals import refused
 from tests.surrogate.plain_trust import SEEING, SHAPE, record
 
 
-@pytest.mark.parametrize("tolerant", [False, True])
-@pytest.mark.parametrize(("kind", "version"), [("plain", 8), ("seen", 9), ("span", 9)])
-def test_file_keeps_the_bound(kind: str, version: int, tolerant: bool) -> None:
-    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE, (2, 5), kind == "seen")
+@pytest.mark.parametrize("kind", ["plain", "seen", "span"])
+def test_file_keeps_the_bound(kind: str) -> None:
+    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE)
     surrogate = with_span(surrogate) if kind == "span" else surrogate
-    surrogate, version = (with_tolerances(surrogate), 10) if tolerant else (surrogate, version)
     data = surrogate.to_bytes()
-    assert int.from_bytes(data[8:12], "little") == version
     again = Surrogate.from_bytes(data)
     assert again.to_bytes() == data
     inputs = record(surrogate)
     assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
     assert again.memory_length == surrogate.memory_length
-    if tolerant:
-        assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
+    assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
 
 
 @pytest.mark.parametrize("kind", ["plain", "seen", "span"])
 def test_file_keeps_the_bound_in_the_plain_call(kind: str) -> None:
-    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE, (2, 5), kind == "seen")
-    surrogate = with_span(surrogate) if kind == "span" else surrogate
-    surrogate = with_plain(with_tolerances(surrogate))
+    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE)
+    surrogate = with_plain(with_span(surrogate) if kind == "span" else surrogate)
     data = surrogate.to_bytes()
-    assert int.from_bytes(data[8:12], "little") == 11
     again = Surrogate.from_bytes(data)
     assert again.to_bytes() == data
     inputs, bounds = record(surrogate), []
@@ -61,14 +55,13 @@ def of_plain_call(surrogate: Surrogate) -> Surrogate:
 
 
 def test_bound_in_the_plain_call_that_does_not_belong_to_the_other_is_refused() -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
-    plain = with_plain(with_tolerances(bounded_surrogate(SHAPE))).bound
-    spanned = with_span(with_tolerances(bounded_surrogate(SHAPE))).bound
+    bound = bounded_surrogate(SHAPE).bound
+    plain = with_plain(bounded_surrogate(SHAPE)).bound
+    spanned = with_span(bounded_surrogate(SHAPE)).bound
     assert bound is not None
     assert plain is not None
-    untolerant = bounded_surrogate(SHAPE).bound
     other_blocks = replace(bound, blocks=(1, 2))
-    for wrong in (plain, spanned, untolerant, other_blocks):
+    for wrong in (plain, spanned, other_blocks):
         with refused(ValueError, "bound in the plain call has another companion"):
             replace(bound, plain=wrong)
 
@@ -80,11 +73,6 @@ def test_bounds_of_both_calls_lose_their_estimates_together() -> None:
     assert alone.span is None
     assert alone.plain is not None
     assert alone.plain.span is None
-
-
-def test_file_without_a_bound_is_written_as_before() -> None:
-    surrogate = random_surrogate(SHAPE)
-    assert int.from_bytes(surrogate.to_bytes()[8:12], "little") == 6
 
 
 def test_damaged_file_is_refused() -> None:
@@ -117,7 +105,7 @@ def test_parts_that_do_not_fit_are_refused(changes: dict[str, object], message: 
 def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
     tolerances: FloatArray,
 ) -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     with refused(ValueError, "tolerances of an error bound of shape", "expected (2,), finite"):
         replace(bound, tolerances=tolerances)
@@ -127,7 +115,7 @@ def test_tolerances_of_a_bound_must_be_positive_ones_for_each_output(
     "floors", [np.ones(3), np.ones((2, 1)), np.array([1.0, -1e-9]), np.array([np.inf, 1.0])]
 )
 def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArray) -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     with refused(ValueError, "floors of an error bound", "expected 2 finite numbers"):
         replace(bound, floors=floors)
@@ -137,14 +125,14 @@ def test_floors_of_a_bound_must_be_finite_ones_for_each_output(floors: FloatArra
     "shares", [np.ones(3), np.array([1.0, 0.0]), np.array([1.1, 1.0]), np.array([np.nan, 1.0])]
 )
 def test_shares_of_the_disagreement_are_between_0_and_1(shares: FloatArray) -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     with refused(ValueError, "shares of the disagreement", "expected 2 numbers above 0"):
         replace(bound, shares=shares)
 
 
 def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
+    bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     count = bound.n_logarithms
     for quietest in (np.zeros(count + 1), np.full(count, -np.inf), np.full(count, np.nan)):
@@ -152,19 +140,12 @@ def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:
             replace(bound, quietest=quietest)
 
 
-def test_tolerances_floors_and_quietest_logarithms_come_together() -> None:
-    bound = with_tolerances(bounded_surrogate(SHAPE)).bound
-    assert bound is not None
-    for name in ("tolerances", "floors", "quietest"):
-        with refused(ValueError, f"error bound without {name}; expected all or none"):
-            replace(bound, **{name: None})
-
-
-def test_tolerances_of_a_bound_that_does_not_see_the_estimator_are_refused() -> None:
-    """A file with tolerances says by its version that the head sees the estimates."""
-    surrogate = bounded_surrogate(SEEING)
-    with refused(ValueError, "does not use the error estimator", "fit the bound again"):
-        with_tolerances(surrogate)
+def test_bound_that_does_not_see_the_estimator_of_its_surrogate_is_refused() -> None:
+    seeing, blind = bounded_surrogate(SEEING), bounded_surrogate(SHAPE)
+    with refused(ValueError, "uses no error estimator; expected its own: fit the bound again"):
+        replace(seeing, bound=blind.bound)
+    with refused(ValueError, "uses another error estimator; expected none"):
+        replace(blind, bound=seeing.bound)
 
 
 def test_bound_of_layers_is_refused() -> None:

@@ -116,14 +116,6 @@ def test_bytes_hold_all_of_a_surrogate(cell: CellShape) -> None:
     assert np.array_equal(read.predict(record, given), surrogate.predict(record, given))
 
 
-def test_only_files_with_parameters_have_the_new_version() -> None:
-    plain, parametric = (random_surrogate(Shape(cell=CellShape(parameters=n))) for n in (0, 1))
-    versions = [struct.unpack_from("<I", s.to_bytes(), 8)[0] for s in (plain, parametric)]
-    assert versions == [6, 7]
-    fixed = parametric.at({})
-    assert struct.unpack_from("<I", fixed.to_bytes(), 8)[0] == 6
-
-
 def section_of(data: bytes, tag: bytes) -> slice:
     """Where the content of a section stands."""
     first = data.index(tag) + 8

@@ -54,7 +54,7 @@ def test_estimate_needs_an_estimator_or_a_bound() -> None:
 
 
 def test_estimator_of_another_surrogate_is_refused() -> None:
-    surrogate = bounded_surrogate(SEEING, sees_estimates=True)
+    surrogate = bounded_surrogate(SEEING)
     other = random_surrogate(replace(SEEING, seed=5)).estimator
     with refused(ValueError, "expected its own", "error estimator"):
         replace(surrogate, estimator=other)
@@ -64,7 +64,7 @@ def test_estimates_of_bound_and_estimator_at_once_are_refused() -> None:
     surrogate = with_span(bounded_surrogate(SHAPE))
     with refused(ValueError, "error estimator"):
         replace(surrogate, estimator=random_surrogate(SEEING).estimator)
-    bound = bounded_surrogate(SEEING, sees_estimates=True).bound
+    bound = bounded_surrogate(SEEING).bound
     assert bound is not None
     assert surrogate.bound is not None
     with refused(ValueError, "expected one", "error estimator"):

@@ -77,9 +77,13 @@ def validation(*comparisons: Comparison, **more: Any) -> Validation:
 
 
 def trust_outputs(bounds: list[list[float]], novelty: list[float]) -> TrustOutputs:
-    """Bounds and domain of an FMU: samples whose novelty is above 1 are outside of its domain."""
+    """Bounds and flags of an FMU.
+
+    Samples whose novelty is above 1 are outside of its domain, all others are trusted.
+    """
     values = np.array(novelty)
-    return TrustOutputs(np.array(bounds), values, (values <= 1).astype(float))
+    inside = (values <= 1).astype(float)
+    return TrustOutputs(np.array(bounds), values, inside, inside)
 
 
 def bounded(*comparisons: Comparison, **more: Any) -> Validation:

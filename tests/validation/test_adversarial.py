@@ -34,7 +34,9 @@ RECIPE = tiny_state_space_recipe(bound={}, data={"duration": 4.0}, validation={"
 def surrogate_of(recipe: Recipe, limit: float, window: tuple[int, int] = (9, 4)) -> Surrogate:
     """A surrogate that has learnt nothing, with bounds that follow from nothing."""
     system = case_of(recipe).system
-    found = bounded_surrogate(Shape(*window, cell=CellShape(contraction=0.9)))
+    found = with_tolerances(
+        bounded_surrogate(Shape(*window, cell=CellShape(contraction=0.9))), 1e9
+    )
     assert found.bound is not None
     bound = replace(found.bound, limits=np.full(found.bound.limits.shape, limit))
     high = system.inputs[0].high
@@ -159,12 +161,10 @@ def test_errors_outside_of_the_domain_do_not_count() -> None:
     assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
 
 
-def test_errors_that_are_not_trusted_do_not_count(attacks: list[Attack]) -> None:
-    surrogate = with_tolerances(surrogate_of(RECIPE, 1e9), 1e-9)
+def test_errors_that_are_not_trusted_do_not_count() -> None:
+    surrogate = with_tolerances(surrogate_of(RECIPE, 1e9), 1e-18)
     found = attack(surrogate, case_of(RECIPE), 3, 1, silent)
     assert [(one.before, one.after) for one in found] == [(0.0, 0.0)]
-    assert search_figures(found, surrogate, TriedInputs()).flag == "trusted"
-    assert search_figures(attacks, surrogate_of(RECIPE, 1e9), TriedInputs()).flag == "in_domain"
 
 
 def test_figures_count_what_is_broken(attacks: list[Attack]) -> None:

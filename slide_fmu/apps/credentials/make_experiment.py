@@ -60,8 +60,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     outputs = [signal.name for signal in surrogate.outputs]
     names = [*outputs, WINDOW_FILLED]
     if surrogate.bound is not None:
-        names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED]
-        names += [] if surrogate.bound.tolerances is None else [TRUSTED]
+        names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED, TRUSTED]
     with unpacked(fmu) as files:
         run = run_fmu(files, inputs, names, truth.parameters, surrogate.window.step)
     return Experiment(

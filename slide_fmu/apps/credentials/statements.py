@@ -56,7 +56,7 @@ def _purpose(recipe: Recipe) -> str:
 def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
     judged = judgements(surrogate, recipe, {} if measured is None else measured.ordered)
     found = [
-        Entry("validity.in_words", judgement_sentences(judged, surrogate)),
+        Entry("validity.in_words", judgement_sentences(judged)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]

@@ -66,8 +66,8 @@ def _kinds(validations: Validations) -> Iterator[Row]:
 
 
 def _domain(found: DomainFigures) -> Row:
-    row: Row = {
+    return {
         "flagged": found.flagged,
         "trajectories_flagged": found.trajectories_flagged,
+        "untrusted": found.untrusted,
     }
-    return row if found.untrusted is None else {**row, "untrusted": found.untrusted}

@@ -26,7 +26,6 @@ WHEN = {
     "parameters": "physical parameters",
     "bound": "error bound",
     "output_ranges": "known ranges",
-    "tolerances": "error bound with tolerances",
 }
 """What an FMU must have for the variable to exist, in the page's table."""
 

@@ -69,7 +69,6 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "parameters": bool(surrogate.parameters),
         "bound": surrogate.bound is not None,
         "output_ranges": surrogate.output_ranges is not None,
-        "tolerances": surrogate.bound is not None and surrogate.bound.tolerances is not None,
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),

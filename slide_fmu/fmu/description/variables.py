@@ -46,7 +46,6 @@ When = Literal[
     "parameters",
     "bound",
     "output_ranges",
-    "tolerances",
 ]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
@@ -72,8 +71,7 @@ class VariableKind:
         per: whether there is one variable, or one for each input, output, or physical parameter.
         when: condition on the surrogate: an error estimate, a state-space network, a network that
             knows several output samples at a time, inputs with a first-order hold, physical
-            parameters, an error bound, known ranges of the outputs, or tolerances of error
-            bounds.
+            parameters, an error bound, or known ranges of the outputs.
         size: number of values: one; the output samples that the network knows at a time; or the
             input samples that any result depends on.
         fmi: the first version of the standard in which the variable exists.
@@ -378,7 +376,7 @@ KINDS: tuple[VariableKind, ...] = (
         "parameter",
         "tunable",
         per="output",
-        when="tolerances",
+        when="bound",
         bounds=(0.0, None, "surrogate"),
     ),
     VariableKind(
@@ -391,7 +389,7 @@ KINDS: tuple[VariableKind, ...] = (
         "output",
         "discrete",
         type="Boolean",
-        when="tolerances",
+        when="bound",
         initially="everything",
     ),
 )

@@ -9,7 +9,6 @@ export function verdictOf(flags) {
   const filled = Math.min(flags.window_filled, flags.error_bound_filled ?? 1);
   const estimated = flags.error_estimate_filled ?? 1;
   const good = bounded ? flags.in_domain === 1 : flags.inputs_in_range === 1;
-  const tolerant = "trusted" in flags;
   const novelty = bounded ? ` Novelty ${digits(flags.novelty)}; the edge is at 1.` : "";
   const part = (share) => `${Math.floor(100 * share)} %`;
   const rest = estimated < 1 ? ` The error estimate knows ${part(estimated)} of its past.` : "";
@@ -29,7 +28,7 @@ export function verdictOf(flags) {
       text: `Until then, the first input counts as held for ever before.${novelty}`,
     };
   }
-  if (tolerant && flags.trusted !== 1) {
+  if (bounded && flags.trusted !== 1) {
     return {
       state: "bad",
       sign: "▲",
@@ -40,9 +39,9 @@ export function verdictOf(flags) {
   return {
     state: "good",
     sign: "●",
-    title: tolerant ? "trusted" : bounded ? "inside the domain" : "inside the range",
+    title: bounded ? "trusted" : "inside the range",
     text: bounded
-      ? `${tolerant ? "Error bounds are within their tolerances. " : ""}The inputs are like those of the calibration.${novelty}${rest}`
+      ? `Error bounds are within their tolerances. The inputs are like those of the calibration.${novelty}${rest}`
       : `All inputs lie in their ranges; that alone makes no output right.${rest}`,
   };
 }

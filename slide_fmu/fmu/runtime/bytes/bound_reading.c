@@ -10,9 +10,11 @@ static void check_sizes(const SlideBoundView *view, SlideCursor *file) {
                 (unsigned)blocks[0], (unsigned)blocks[1], (int)MOST_BLOCK);
 }
 
-/* Factors rise with the confidence; both kinds of numbers are finite where they were taken. */
-static void check_numbers(const SlideBoundView *view, uint32_t n_outputs, uint32_t n_watched,
-                          SlideCursor *file) {
+/* Factors rise with the confidence; limits are those of the watched means. */
+static void read_factors(SlideBoundView *view, uint32_t n_outputs, uint32_t n_watched,
+                         SlideCursor *file) {
+    view->factors = slide_take_f64s(file, SLIDE_CONFIDENCES, n_outputs, "error bound");
+    view->limits = slide_take_f64s(file, n_watched, 1, "error bound");
     for (size_t i = 0; file->good && i < (size_t)SLIDE_CONFIDENCES * n_outputs; ++i) {
         const double factor = slide_f64(view->factors + 8 * i);
         const double least = i < n_outputs ? 0 : slide_f64(view->factors + 8 * (i - n_outputs));
@@ -25,6 +27,32 @@ static void check_numbers(const SlideBoundView *view, uint32_t n_outputs, uint32
         const double limit = slide_f64(view->limits + 8 * i);
         slide_check(file, limit > 0,
                     "surrogate file: limit %g of an error bound; expected it positive", limit);
+    }
+}
+
+static void read_tolerances(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+    view->tolerances = slide_take_f64s(file, n_outputs, 1, "tolerance");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double tolerance = slide_f64(view->tolerances + 8 * i);
+        slide_check(file, tolerance > 0,
+                    "surrogate file: tolerance %g of an error bound; expected it positive",
+                    tolerance);
+    }
+}
+
+static void read_floors(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+    view->floors = slide_take_f64s(file, n_outputs, 1, "floor");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double least = slide_f64(view->floors + 8 * i);
+        slide_check(file, least >= 0,
+                    "surrogate file: floor %g of an error bound; expected it not negative", least);
+    }
+    view->shares = slide_take_f64s(file, n_outputs, 1, "share");
+    for (size_t i = 0; file->good && i < n_outputs; ++i) {
+        const double share = slide_f64(view->shares + 8 * i);
+        slide_check(file, share > 0 && share <= 1,
+                    "surrogate file: share %g of the disagreement; expected above 0, at most 1",
+                    share);
     }
 }
 
@@ -47,10 +75,12 @@ static void read_companion(SlidePayload *payload, SlideCursor *file) {
                 (unsigned)companion->n_samples, (unsigned)companion->n_values);
 }
 
-/* From the statistics of a sample as they are: each of them is a channel. */
-static void read_head(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
+/* From the statistics of a sample as they are: each of them is a channel. The last ones are
+ * logarithms, which have least values. */
+static void read_head(const SlidePayload *payload, SlideBoundView *view, SlideCursor *file) {
     SlideNetworkView *head = &view->head;
-    const uint32_t n_statistics = 2 * view->n_seen + (view->sees_estimates ? 4 : 3) * n_outputs;
+    const uint32_t n_statistics =
+        2 * view->n_seen + (payload->has_estimator ? 4 : 3) * payload->n_outputs;
     slide_network_read(head, n_statistics, file);
     if (!file->good) {
         return;
@@ -67,6 +97,7 @@ static void read_head(SlideBoundView *view, uint32_t n_outputs, SlideCursor *fil
                 "expected 1 of %u",
                 (unsigned)head->n_samples, (unsigned)head->features.chosen.count,
                 (unsigned)n_statistics);
+    view->quietest = slide_take_f64s(file, n_statistics - view->n_seen, 1, "quietest");
 }
 
 void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
@@ -84,9 +115,9 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
     view->blocks[1] = slide_take_u32(file, "BOUN");
     const uint32_t n_watched = slide_take_u32(file, "BOUN");
     check_sizes(view, file);
-    view->factors = slide_take_f64s(file, SLIDE_CONFIDENCES, n_outputs, "error bound");
-    view->limits = slide_take_f64s(file, n_watched, 1, "error bound");
-    check_numbers(view, n_outputs, n_watched, file);
+    read_factors(view, n_outputs, n_watched, file);
+    read_tolerances(view, n_outputs, file);
+    read_floors(view, n_outputs, file);
     read_companion(payload, file);
     if (file->good) {
         const SlideCellView *cell = &view->companion.of.cell;
@@ -94,7 +125,9 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
         slide_check(file, n_watched == view->n_seen + 2 * n_outputs,
                     "surrogate file: %u limits of an error bound; expected %u", (unsigned)n_watched,
                     (unsigned)(view->n_seen + 2 * n_outputs));
-        read_head(view, n_outputs, file);
+    }
+    if (file->good) {
+        read_head(payload, view, file);
     }
     slide_close_section(file, "BOUN");
 }
@@ -122,54 +155,19 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
     slide_close_section(file, "SPAN");
 }
 
-/* What bounds with tolerances have besides. */
-static void read_floors(SlideBoundView *view, uint32_t n_outputs, SlideCursor *file) {
-    view->floors = slide_take_f64s(file, n_outputs, 1, "floor");
-    for (size_t i = 0; file->good && i < n_outputs; ++i) {
-        const double least = slide_f64(view->floors + 8 * i);
-        slide_check(file, least >= 0,
-                    "surrogate file: floor %g of an error bound; expected it not negative", least);
-    }
-    view->shares = slide_take_f64s(file, n_outputs, 1, "share");
-    for (size_t i = 0; file->good && i < n_outputs; ++i) {
-        const double share = slide_f64(view->shares + 8 * i);
-        slide_check(file, share > 0 && share <= 1,
-                    "surrogate file: share %g of the disagreement; expected above 0, at most 1",
-                    share);
-    }
-    view->quietest = slide_take_f64s(
-        file, file->good ? view->head.features.n_signals - view->n_seen : 0, 1, "quietest");
-}
-
-void slide_tolerances_read(SlidePayload *payload, SlideCursor *file) {
-    SlideBoundView *view = &payload->bound;
-    slide_open_section(file, "TOLE");
-    view->tolerances = slide_take_f64s(file, payload->n_outputs, 1, "tolerance");
-    for (size_t i = 0; file->good && i < payload->n_outputs; ++i) {
-        const double tolerance = slide_f64(view->tolerances + 8 * i);
-        slide_check(file, tolerance > 0,
-                    "surrogate file: tolerance %g of an error bound; expected it positive",
-                    tolerance);
-    }
-    read_floors(view, payload->n_outputs, file);
-    slide_close_section(file, "TOLE");
-}
-
 void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file) {
     SlideBoundView *view = &payload->plain;
     const uint32_t n_outputs = payload->n_outputs;
     const uint32_t n_watched = payload->bound.n_seen + 2 * n_outputs;
     *view = payload->bound;
     slide_open_section(file, "PLAI");
-    view->factors = slide_take_f64s(file, SLIDE_CONFIDENCES, n_outputs, "error bound");
-    view->limits = slide_take_f64s(file, n_watched, 1, "error bound");
-    check_numbers(view, n_outputs, n_watched, file);
+    read_factors(view, n_outputs, n_watched, file);
     read_floors(view, n_outputs, file);
     if (view->span_block > 0) {
         read_span_factors(view, n_outputs, file);
     }
     if (file->good) {
-        read_head(view, n_outputs, file);
+        read_head(payload, view, file);
     }
     slide_close_section(file, "PLAI");
 }

@@ -11,9 +11,6 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file);
 /* Take the section SPAN after it, the error estimate of a surrogate without an estimator. */
 void slide_span_read(SlidePayload *payload, SlideCursor *file);
 
-/* Take the section TOLE after them, the tolerances of bounds that are trusted, and floors. */
-void slide_tolerances_read(SlidePayload *payload, SlideCursor *file);
-
 /* Take the section PLAI after these: what judges the plain call. */
 void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file);
 

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 6, OLDEST = 5, WITH_ESTIMATES = 9, WITH_TOLERANCES = 10, WITH_PLAIN = 11 };
+enum { VERSION = 12 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */
@@ -230,7 +230,7 @@ static void read_parameters(SlidePayload *payload, SlideCursor *file) {
     }
 }
 
-static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *file) {
+static void read_sections(SlidePayload *payload, SlideCursor *file) {
     read_window(payload, file);
     payload->input_scaling = read_scaling(payload->n_inputs, SLIDE_INPUT_ROW, "SCIN", file);
     if (file->good) {
@@ -247,17 +247,12 @@ static void read_sections(SlidePayload *payload, uint32_t version, SlideCursor *
     }
     payload->has_bound = file->good && is_next(file, "BOUN");
     if (payload->has_bound) {
-        payload->bound.sees_estimates = version >= WITH_ESTIMATES && payload->has_estimator;
         slide_bound_read(payload, file);
     }
-    const bool bounded = payload->has_bound && file->good;
-    if (version >= WITH_ESTIMATES && bounded && is_next(file, "SPAN")) {
+    if (payload->has_bound && file->good && is_next(file, "SPAN")) {
         slide_span_read(payload, file);
     }
-    if (version >= WITH_TOLERANCES && bounded && file->good && is_next(file, "TOLE")) {
-        slide_tolerances_read(payload, file);
-        payload->has_plain = version >= WITH_PLAIN && file->good && is_next(file, "PLAI");
-    }
+    payload->has_plain = payload->has_bound && file->good && is_next(file, "PLAI");
     if (payload->has_plain) {
         slide_plain_bound_read(payload, file);
     }
@@ -287,15 +282,15 @@ bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t
     const unsigned char *end = data + size - 4;
     const uint32_t version = slide_u32(data + 8), checksum = slide_u32(end);
     SlideCursor file = {data + 12, end, end, message, true};
-    slide_check(&file, version >= OLDEST && version <= WITH_PLAIN,
-                "surrogate file of version %u; expected version %d: make the FMU again with "
-                "slide-fmu export OLD.fmu -o NEW.fmu",
+    slide_check(&file, version == VERSION,
+                "surrogate file of version %u; expected version %d: make the FMU again with this "
+                "version of slide-fmu",
                 (unsigned)version, (int)VERSION);
     slide_check(&file, slide_crc32(data, size - 4) == checksum,
                 "surrogate file is damaged: its checksum does not match its content");
     *payload = (SlidePayload){0};
     snprintf(payload->guid, sizeof payload->guid, "slide-%08x-%08x-%llx", (unsigned)checksum,
              (unsigned)slide_adler32(data, size), (unsigned long long)size);
-    read_sections(payload, version, &file);
+    read_sections(payload, &file);
     return file.good;
 }

@@ -24,18 +24,17 @@ enum { SLIDE_BLOCKS = 8, SLIDE_CONFIDENCES = 3 };
 typedef struct {
     uint32_t blocks[2]; /* samples in a short and in a long block */
     uint32_t n_seen;    /* states of the companion and features that drive it */
-    const unsigned char *factors; /* f64 [SLIDE_CONFIDENCES][n_outputs] */
-    const unsigned char *limits;  /* f64 [2 * n_outputs + n_seen] */
-    SlideNetworkView companion;   /* state space */
-    SlideNetworkView head;        /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics, and
-                                     [n_outputs] more where it sees what the estimator expects */
-    bool sees_estimates;
-    uint32_t span_block;          /* samples in a block of its error estimate; 0 without one */
+    const unsigned char *factors;    /* f64 [SLIDE_CONFIDENCES][n_outputs] */
+    const unsigned char *limits;     /* f64 [2 * n_outputs + n_seen] */
+    const unsigned char *tolerances; /* f64 [n_outputs], of bounds that are trusted */
+    const unsigned char *floors;     /* f64 [n_outputs], of bounds */
+    const unsigned char *shares;     /* f64 [n_outputs], of the disagreement */
+    SlideNetworkView companion;      /* state space */
+    SlideNetworkView head;           /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics,
+                                        and [n_outputs] more with an error estimator */
+    const unsigned char *quietest;   /* f64 of every logarithm that the head gets */
+    uint32_t span_block;             /* samples in a block of its error estimate; 0 without one */
     const unsigned char *span_factors; /* f64 [n_outputs] */
-    const unsigned char *tolerances;   /* f64 [n_outputs], of bounds that are trusted; or NULL */
-    const unsigned char *floors;       /* f64 [n_outputs], of bounds with tolerances; or NULL */
-    const unsigned char *shares;       /* f64 [n_outputs], of the disagreement; or NULL */
-    const unsigned char *quietest;     /* f64 of every logarithm that the head gets; or NULL */
 } SlideBoundView;
 
 /* Samples in the longest window. */

@@ -102,8 +102,7 @@ static bool outputs_in_range(const SlideModel *model, const SlideState *state) {
 /* An error bound, in the output's unit. */
 static double error_bound(const SlideModel *model, const SlideState *state, size_t output,
                           double confidence) {
-    return slide_bound_of(slide_stream_judge(model, state), &state->bound, output, confidence,
-                          in_domain(model, state)) *
+    return slide_bound_of(slide_stream_judge(model, state), &state->bound, output, confidence) *
            model->output_scaling[output].scale;
 }
 

@@ -9,8 +9,7 @@ typedef enum {
     WHEN_FIRST_ORDER,
     WHEN_PARAMETERS,
     WHEN_BOUND,
-    WHEN_OUTPUT_RANGES,
-    WHEN_TOLERANCES
+    WHEN_OUTPUT_RANGES
 } When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
@@ -54,8 +53,6 @@ static bool has(const SlideModel *model, When when) {
         return model->bound.memory_length > 0;
     case WHEN_OUTPUT_RANGES:
         return model->has_output_ranges;
-    case WHEN_TOLERANCES:
-        return model->bound.n_tolerances > 0;
     }
     return false;
 }

@@ -29,11 +29,10 @@ static void place_judge(SlideBound *bound, const SlideBoundView *view, SlideAren
     const size_t n_outputs = bound->n_outputs, n_watched = 2 * n_outputs + bound->n_seen;
     bound->span_factors =
         place_numbers(view->span_factors, view->span_block > 0 ? n_outputs : 0, arena);
-    bound->tolerances = place_numbers(view->tolerances, bound->n_tolerances, arena);
-    bound->floors = place_numbers(view->floors, bound->n_tolerances, arena);
-    bound->shares = place_numbers(view->shares, bound->n_tolerances, arena);
-    const size_t n_limited = bound->n_tolerances > 0 ? n_statistics(bound) - bound->n_seen : 0;
-    bound->quietest = place_numbers(view->quietest, n_limited, arena);
+    bound->tolerances = place_numbers(view->tolerances, n_outputs, arena);
+    bound->floors = place_numbers(view->floors, n_outputs, arena);
+    bound->shares = place_numbers(view->shares, n_outputs, arena);
+    bound->quietest = place_numbers(view->quietest, n_statistics(bound) - bound->n_seen, arena);
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
     bound->limits = place_numbers(view->limits, n_watched, arena);
     for (size_t i = 0; arena->base != NULL && i < n_watched; ++i) {
@@ -50,7 +49,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     const uint64_t means_over = (SLIDE_BLOCKS + 1) * (longer + span_block);
     bound->memory_length = 0;
     bound->span_length = 0;
-    bound->n_tolerances = 0;
+    bound->n_outputs = 0;
     bound->judges_given = payload->has_bound && payload->forecast.judged;
     if (!payload->has_bound) {
         return;
@@ -59,7 +58,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_outputs = n_outputs;
     bound->n_states = view->companion.of.cell.n_states;
     bound->n_seen = n_seen;
-    bound->n_expected = view->sees_estimates ? n_outputs : 0;
+    bound->n_expected = payload->has_estimator ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
     bound->n_predicted =
         slide_power_of_two(means_over + (payload->first_order ? payload->n_in : 0));
@@ -67,12 +66,11 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->of_long = (SlideBlocksShape){longer, n_outputs};
     bound->of_seen = (SlideBlocksShape){longer, n_seen};
     bound->of_span = (SlideBlocksShape){span_block, n_outputs};
-    bound->n_tolerances = view->tolerances == NULL ? 0 : n_outputs;
     place_judge(bound, view, arena);
     slide_network_place(&bound->companion, &view->companion, payload->n_outputs, arena);
     const uint64_t seen = bound->companion.memory_length;
     bound->filling_length = seen + (SLIDE_BLOCKS + 1) * longer;
-    if (view->sees_estimates && payload->estimator.n_samples > bound->filling_length) {
+    if (payload->has_estimator && payload->estimator.n_samples > bound->filling_length) {
         bound->filling_length = payload->estimator.n_samples;
     }
     bound->span_length = span_block > 0 ? seen + means_over : 0;

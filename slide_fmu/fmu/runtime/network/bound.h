@@ -22,9 +22,9 @@ typedef struct {
     uint64_t filling_length; /* newest samples that must be known for a result to count */
     uint64_t span_length;    /* newest samples that must be known for an error estimate made of
                                 expected errors to count; 0 without one */
-    size_t n_outputs, n_states, n_seen;
+    size_t n_outputs;       /* 0 without a bound */
+    size_t n_states, n_seen;
     size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
-    size_t n_tolerances;    /* n_outputs, or 0 where nothing says how large a bound may be */
     bool judges_given;      /* of a sample that was forecast, what the predictor gave then counts */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
@@ -33,10 +33,10 @@ typedef struct {
                                  an error estimate; length 0 without one */
     double *span_factors;   /* [n_outputs], of the root of their means */
     double *factors;        /* [SLIDE_CONFIDENCES][n_outputs] */
-    double *tolerances;     /* [n_tolerances], of bounds that are trusted, relative to the scales */
-    double *floors;         /* [n_tolerances], below which no bound is, relative to the scales */
-    double *shares;         /* [n_tolerances], of the disagreement, which no bound is below */
-    double *quietest;       /* logarithms that the head gets at least; with tolerances */
+    double *tolerances;     /* [n_outputs], of bounds that are trusted, relative to the scales */
+    double *floors;         /* [n_outputs], below which no bound is, relative to the scales */
+    double *shares;         /* [n_outputs], of the disagreement, which no bound is below */
+    double *quietest;       /* logarithms that the head gets at least */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
     SlideNetwork companion; /* state space */
@@ -110,10 +110,9 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 /* The novelty is that of the calibration. */
 bool slide_bound_knows(const SlideBoundState *state);
 
-/* The bound of an output, relative to its scale, for a confidence between these. Where there are
- * tolerances, it has a floor and is at least the disagreement. Otherwise it is at least that outside
- * of the domain, be it for novelty or for a range that was left. */
+/* The bound of an output, relative to its scale, for a confidence between these. It has a floor,
+ * and is at least a share of the disagreement. */
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence, bool in_domain);
+                      double confidence);
 
 #endif

@@ -70,9 +70,7 @@ void slide_bound_weigh(const SlideBound *bound, const SlideKernel *kernel,
     for (size_t i = 0; i < bound->n_expected; ++i) {
         of_expected[i] = logarithm(bound->expected[i]);
     }
-    if (bound->n_tolerances > 0) {
-        limit_logarithms(logarithms, bound->quietest, n_outputs + n_means + bound->n_expected);
-    }
+    limit_logarithms(logarithms, bound->quietest, n_outputs + n_means + bound->n_expected);
     *state->novelty = novelty_of(bound);
     const bool finite = slide_features_write(&head->seen, bound->statistics,
                                              bound->statistics + head->seen.n_inputs,
@@ -112,15 +110,13 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 bool slide_bound_knows(const SlideBoundState *state) { return *state->novelty <= 1; }
 
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence, bool in_domain) {
+                      double confidence) {
     const size_t row = confidence <= SLIDE_LEAST_CONFIDENCE   ? 0
                        : confidence <= SLIDE_USUAL_CONFIDENCE ? 1
                                                               : 2;
-    const bool floored = bound->n_tolerances > 0;
     const double scaled = bound->factors[row * bound->n_outputs + output] * state->scales[output];
-    const double least = floored ? bound->floors[output] : 0;
-    const double value = floored ? sqrt(scaled * scaled + least * least) : scaled;
-    const double apart = floored ? bound->shares[output] * state->apart[output]
-                                 : state->apart[output];
-    return (floored || !in_domain) && apart > value ? apart : value;
+    const double least = bound->floors[output];
+    const double value = sqrt(scaled * scaled + least * least);
+    const double apart = bound->shares[output] * state->apart[output];
+    return apart > value ? apart : value;
 }

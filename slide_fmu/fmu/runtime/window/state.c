@@ -25,7 +25,7 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     state->parameters = slide_place(arena, model->parameters.count, sizeof(double));
     state->acting = slide_place(arena, model->parameters.count, sizeof(double));
     state->since = slide_place(arena, model->parameters.count > 0, sizeof(double));
-    state->tolerances = slide_place(arena, model->bound.n_tolerances, sizeof(double));
+    state->tolerances = slide_place(arena, model->bound.n_outputs, sizeof(double));
     state->strayed = slide_place(arena, 1, sizeof *state->strayed);
     seen = arena->used - sizeof *state->strayed;
     state->restarts = slide_place(arena, 1, sizeof *state->restarts);
@@ -55,7 +55,7 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
         state->parameters[i] = state->acting[i] = model->parameters.start[i];
         *state->since = INFINITY; /* as if they had been so for ever */
     }
-    for (size_t i = 0; i < model->bound.n_tolerances; ++i) {
+    for (size_t i = 0; i < model->bound.n_outputs; ++i) {
         state->tolerances[i] = model->bound.tolerances[i] * model->output_scaling[i].scale;
     }
     for (size_t sample = 0; sample < model->memory_length; ++sample) {

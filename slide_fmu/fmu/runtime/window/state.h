@@ -60,7 +60,7 @@ typedef struct {
     double *parameters; /* [model->parameters.count], as set last */
     double *acting;     /* [model->parameters.count], those behind the outputs */
     double *since;      /* [1 where there are parameters], samples since they changed */
-    double *tolerances; /* [model->bound.n_tolerances], of error bounds that are trusted, in the
+    double *tolerances; /* [model->bound.n_outputs], of error bounds that are trusted, in the
                            outputs' units, as set last */
     uint64_t *strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint64_t *restarts; /* how often all samples were taken in anew */

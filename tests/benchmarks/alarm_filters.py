@@ -84,10 +84,11 @@ def filtered(novelty: FloatArray, k: int, m: int) -> FloatArray:
 def told(found: Seen, k: int, m: int, threshold: float) -> list[TrustOutputs]:
     """Return what an FMU with such a filter would say."""
     rows = zip(found.bounds, found.novelty, found.in_range, strict=True)
-    return [
-        TrustOutputs(bounds, novelty, in_range * (filtered(novelty, k, m) <= threshold))
-        for bounds, novelty, in_range in rows
-    ]
+    answers = []
+    for bounds, novelty, in_range in rows:
+        flag = in_range * (filtered(novelty, k, m) <= threshold)
+        answers.append(TrustOutputs(bounds, novelty, flag, flag))  # the domain alone judges
+    return answers
 
 
 def compared(calibrating: Seen, in_range: Seen, others: Seen, false_alarms: float) -> Any:
@@ -122,9 +123,7 @@ def main() -> None:
             seen(surrogate, one, SEED + index, given.trajectories, stages)
             for index, one in enumerate((recipe, recipe, other))
         ]
-        former = surrogate.bound is not None and surrogate.bound.tolerances is None
-        share = recipe.bound.former_domain_alarms if former else recipe.bound.domain_alarms
-        filters = compared(*sets, share)
+        filters = compared(*sets, recipe.bound.domain_alarms)
         return {"trajectories": given.trajectories, "filters": filters}
 
     measure_and_write(parser, measure)

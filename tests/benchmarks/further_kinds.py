@@ -142,11 +142,8 @@ def _figures(surrogate: Surrogate, runs: Sequence[Run], usual: FloatArray) -> di
     for run in runs:
         ((bounds, inside),) = surrogate.error_bounds_and_domain(run.inputs[None])
         last = slice(len(bounds) - len(run.errors), None)
-        known = inside[last].astype(float)
-        trusted = None
-        if surrogate.bound is not None and surrogate.bound.tolerances is not None:
-            trusted = surrogate.trusted(run.inputs)[last].astype(float)
-        told.append(TrustOutputs(bounds[last], np.zeros(len(run.errors)), known, trusted))
+        flags = inside[last].astype(float), surrogate.trusted(run.inputs)[last].astype(float)
+        told.append(TrustOutputs(bounds[last], np.zeros(len(run.errors)), *flags))
     kinds = {run.kind for run in runs}
     errors = [run.errors for run in runs]
     return {

@@ -63,12 +63,11 @@ def run_of(surrogate: Surrogate, truth: Truth, first: int) -> Run:
     errors = np.abs(surrogate.predict_newest(truth.inputs)[first - 1 :] - reference)
     if surrogate.bound is not None:
         ((bounds, inside),) = surrogate.error_bounds_and_domain(truth.inputs[None])
-        tolerant = surrogate.bound.tolerances is not None
         trust = TrustOutputs(
             bounds[first - 1 :],
             np.zeros(len(errors)),
             inside[first - 1 :].astype(float),
-            surrogate.trusted(truth.inputs)[first - 1 :].astype(float) if tolerant else None,
+            surrogate.trusted(truth.inputs)[first - 1 :].astype(float),
         )
     apart = np.max(np.abs(truth.outputs[:, first:] - reference), axis=0)
     return Run(truth, reference, errors, apart, trust)
@@ -172,8 +171,7 @@ def _relative(runs: Sequence[Run]) -> list[float] | None:
 def _trust(runs: Sequence[Run], errors: FloatArray, usual: FloatArray) -> Figures:
     """Return what bound and domain are worth; nothing without a bound.
 
-    Flagged samples are those that are not trusted, or without tolerances those outside of the
-    domain.
+    Flagged samples are those that are not trusted.
     """
     answers = [run.trust for run in runs if run.trust is not None]
     if not answers:

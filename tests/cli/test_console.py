@@ -193,6 +193,7 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
         "outputs": [output],
         "flagged": 0.0062,
         "trajectories_flagged": 0.025,
+        "untrusted": 0.041,
     }
     print_validation(
         filled(ValidationFigures, **{**FIGURES, "error_bound": bound}), "in range", messages
@@ -201,15 +202,23 @@ def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
     assert "error bound, 95 % confidence" in lines
     (row,) = [line for line in lines if "position" in line and "96.4 %" in line]
     assert all(f" {cell} " in row for cell in ("91 %", "0.791", "56.8 %"))
-    assert lines[-1] == "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories"
-    calls = {"plain": {"coverage": [0.952]}, "known_to_step_end": {"coverage": [0.994]}}
+    assert lines[-2:] == [
+        "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories",
+        "trusted is false: 4.1 % of the samples",
+    ]
+    calls = {
+        "plain": {"coverage": [0.952], "untrusted": 0.2},
+        "known_to_step_end": {"coverage": [0.994], "untrusted": 0.041},
+    }
     print_validation(
         filled(ValidationFigures, **{**FIGURES, "error_bound": {**bound, **calls}}),
         "in range",
         messages,
     )
     assert messages.file.getvalue().splitlines()[-1] == (
-        "Covered samples in the plain call: 95.2 %; with inputs known to the step's end: 99.4 %."
+        "Covered samples in the plain call: 95.2 %; with inputs known to the step's end: 99.4 %. "
+        "Samples where trusted is false: 20 % in the plain call, 4.1 % with inputs known to the "
+        "step's end."
     )
 
 

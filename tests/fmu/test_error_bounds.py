@@ -12,8 +12,8 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.bound_statistics import statistics_of
-from slide_fmu.surrogate.error_bound import local_scales
+from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_of
+from slide_fmu.surrogate.error_bound import Trust, local_scales
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
@@ -199,14 +199,13 @@ def test_bound_judges_what_was_given_by_forecast_inputs(
     ahead = forecast.along(records[None], surrogate.inputs, surrogate.input_scaling)
     scaled, told = (surrogate.input_scaling.apply(part) for part in (records[None], ahead))
     predicted = surrogate.output_scaling.apply(np.array(given)[None])
-    statistics, watched, _ = statistics_of(
+    statistics, _, apart = statistics_of(
         (bound.companion, None), bound.blocks, scaled, predicted, told
     )
-    exponents = bound.head.evaluate(statistics.reshape(-1, 1, statistics.shape[2]))
-    scales = local_scales(exponents.astype(np.float64)) * surrogate.output_scaling.scale
-    known = (watched[0, 1:] / bound.limits).max(axis=1) <= 1
-    assert known.sum() > 30
-    within(np.array(found)[known], (bound.factors_at(0.95) * scales)[1:][known])
+    heard = not_quieter(statistics[0, :, None], bound.quietest)
+    scales = local_scales(bound.head.evaluate(heard).astype(np.float64))
+    bounds = bound.bounds(Trust(scales, apart[0], np.zeros(len(scales))), 0.95)
+    within(found, (bounds * surrogate.output_scaling.scale)[1:])
     # neither what it would say of known inputs, nor of outputs that are corrected afterwards
     assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
 
@@ -262,28 +261,19 @@ def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
     assert expected.any()
 
 
-def test_bound_at_inputs_out_of_range_is_at_least_the_disagreement(load: Load) -> None:
+def test_bound_is_at_least_a_share_of_the_disagreement(load: Load) -> None:
     surrogate = bounded_surrogate(PLAIN, BLOCKS)
-    assert surrogate.bound is not None
-    tight = dataclasses.replace(
-        surrogate.bound,
-        limits=1e6 * surrogate.bound.limits,
-        factors=1e-6 * surrogate.bound.factors,
-    )
+    bound = surrogate.bound
+    assert bound is not None
+    tight = dataclasses.replace(bound, factors=1e-6 * bound.factors, floors=1e-6 * bound.floors)
     surrogate = dataclasses.replace(surrogate, bound=tight)
-    native, scaling, found = load(surrogate).instance().start(), surrogate.input_scaling, []
-    inputs = scaling.invert(np.random.default_rng(1).uniform(-0.9, 0.9, (60, 2)))
-    inputs[40] = scaling.invert(np.array([1.1, 0.0]))
+    native, found = load(surrogate).instance().start(), []
+    inputs = np.random.default_rng(1).uniform(-1, 2, (60, 2))
     for row in inputs:
         native.step(*row)
         found.append(native.get(*places(surrogate, "ERROR_BOUND")))
-    trust, strayed = surrogate.trust(inputs), ~surrogate.inputs_in_range(inputs)
-    assert trust.novelty.max() <= 1
-    assert strayed.any()
-    apart = trust.disagreement * surrogate.output_scaling.scale
-    within(np.array(found)[strayed], apart[strayed])
-    assert np.all(np.array(found)[~strayed] < apart[~strayed])
-    within(found, surrogate.error_bounds(inputs))
+    apart = surrogate.trust(inputs).disagreement * surrogate.output_scaling.scale
+    within(found, bound.shares * apart)
 
 
 def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -> None:
@@ -420,8 +410,8 @@ def test_confidence_takes_the_next_calibrated_factors(load: Load) -> None:
     surrogate = bounded_surrogate(PLAIN, BLOCKS)
     bound = surrogate.bound
     assert bound is not None
-    wide = dataclasses.replace(bound, limits=np.full(bound.limits.shape, 1e9))
-    surrogate = dataclasses.replace(surrogate, bound=wide)  # so that no disagreement counts
+    alone = dataclasses.replace(bound, floors=np.zeros(2), shares=np.full(2, 1e-9))
+    surrogate = dataclasses.replace(surrogate, bound=alone)  # so that only factors count
     native, place = load(surrogate).instance().start(), places(surrogate, "CONFIDENCE")[0]
     assert native.get(place) == [0.95]
     native.step(0.5, 0.5)

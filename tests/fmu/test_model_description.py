@@ -138,9 +138,10 @@ def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     description = fmpy.read_model_description(str(path))
     variables = {variable.name: variable for variable in description.modelVariables}
-    assert list(variables)[-6:] == [
+    assert list(variables)[-9:] == [
         *("y0_error_bound", "y1_error_bound", "in_domain", "novelty"),
         *("error_bound_filled", "confidence"),
+        *("y0_error_tolerance", "y1_error_tolerance", "trusted"),
     ]
     confidence, bound = variables["confidence"], variables["y1_error_bound"]
     assert (confidence.min, confidence.max, confidence.start) == ("0.9", "0.99", "0.95")
@@ -148,7 +149,7 @@ def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None
     assert (bound.unit, bound.min, bound.max) == ("m", "0.0", None)
     assert variables["in_domain"].type == "Boolean"
     initial = {u.variable.name: u.dependencies for u in description.initialUnknowns}
-    known = [*KNOWN_AT_START, "confidence"]
+    known = [*KNOWN_AT_START, "confidence", "y0_error_tolerance", "y1_error_tolerance"]
     assert [v.name for v in initial["novelty"]] == known
     assert [v.name for v in initial["error_bound_filled"]] == ["prehistory_known"]
     assert check_fmu(path) == []

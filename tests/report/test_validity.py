@@ -79,7 +79,7 @@ def judged(**validations: dict[str, Any]) -> list[Judgement]:
             "not valid, and the FMU does not always say so",
         ),
         ({"harmless_flagged": 0.5}, "valid"),
-        ({"harmless_flagged": 0.51}, "valid, but outside of the domain"),
+        ({"harmless_flagged": 0.51}, "valid, but flagged"),
         ({"harmless_flagged": None, "harmful": 1.0}, "not valid, and the FMU says so"),
     ],
 )
@@ -89,11 +89,6 @@ def test_verdict_follows_from_harmful_and_unnoticed_shares(
     known = {"harmful_flagged": 0.5, **harm}
     found = judged(a=of_kind("binary", known, held_out=True))[0]
     assert (found.verdict, found.inputs) == (verdict, BINARY)
-
-
-def test_valid_kind_of_which_most_harmless_samples_are_flagged_is_called_so() -> None:
-    figures = of_kind("held_random", {"harmless_flagged": 0.51})
-    assert judged(a=figures)[0].verdict == "valid, but flagged"
 
 
 def test_judgement_of_a_kind_that_was_held_out_has_what_was_measured() -> None:

@@ -30,7 +30,7 @@ def fact_and_coverage(name: str, in_plain_call: float | None = None) -> tuple[Fa
     bound = measured.in_range.error_bound
     assert bound is not None
     if in_plain_call is not None:
-        other = Covered(coverage=tuple(in_plain_call for _ in bound.outputs))
+        other = Covered(coverage=tuple(in_plain_call for _ in bound.outputs), untrusted=0.1)
         bound = replace(bound, plain=other)
         in_range = replace(measured.in_range, error_bound=bound)
         measured = replace(measured, validation={**measured.validation, IN_RANGE: in_range})

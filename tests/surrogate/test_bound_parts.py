@@ -10,7 +10,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_plain, with_span, with_tolerances
+from tests.bounded import bounded_surrogate, with_plain, with_span
 from tests.fmu.samples import random_surrogate
 from tests.refusals import refused
 from tests.surrogate.plain_trust import SEEING, SHAPE, record
@@ -67,7 +67,7 @@ def test_bound_in_the_plain_call_that_does_not_belong_to_the_other_is_refused() 
 
 
 def test_bounds_of_both_calls_lose_their_estimates_together() -> None:
-    bound = with_plain(with_tolerances(with_span(bounded_surrogate(SHAPE)))).bound
+    bound = with_plain(with_span(bounded_surrogate(SHAPE))).bound
     assert bound is not None
     alone = bound.without_estimate()
     assert alone.span is None

@@ -78,7 +78,7 @@ def test_what_is_not_finite_is_as_bad_as_can_be() -> None:
     scaled = np.full((5, 2), 1e30)
     (trust,) = bound.along(scaled[None], np.full((1, 5, 2), np.inf))
     assert np.all(trust.novelty == 1e9)
-    assert np.all(bound.bounds(trust, 0.95) >= 2.0**MOST_EXPONENT)
+    assert np.all(bound.bounds(trust, 0.95) >= bound.shares * 2.0**MOST_EXPONENT)
 
 
 def test_logarithms_are_about_those_to_base_two() -> None:

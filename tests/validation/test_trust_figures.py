@@ -26,7 +26,6 @@ from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.validation.comparison import Comparison, FmuAnswer
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.trust_figures import Covered, Harm, SearchFigures
-from tests.bounded import with_tolerances
 from tests.recipes import whole_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 
@@ -112,10 +111,10 @@ def test_rows_of_bounds_have_percentages_of_outputs_and_kinds() -> None:
     heading, (first, second) = table.heading, table.rows
     assert len(heading) == len(first) == len(second)
     assert first[:4] == ("in range", "y0", "91.7 %", "75 %")
-    assert first[-2:] == ("16.7 %", "33.3 %")
+    assert first[-3:] == ("16.7 %", "33.3 %", "16.7 %")
     held, sweep = kind_table(figures).rows
-    assert held == ("in range", "held_random", "1", "75 %", "75 %", "0 %")
-    assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %")
+    assert held == ("in range", "held_random", "1", "75 %", "75 %", "0 %", "0 %")
+    assert sweep == ("in range", "sweep", "2", "75 %", "50 %", "25 %", "25 %")
 
 
 def test_harm_stands_by_kind_in_tables_where_usual_errors_are_known() -> None:
@@ -137,24 +136,20 @@ def test_sentences_name_the_calibration_the_confidences_and_the_false_alarms() -
     assert "that the surrogate was trained on: they were calibrated by 150 trajectories" in text
     assert "90 to 99 %" in text
     assert "Where in_domain is false" in text
-    assert "in_domain is false for 25 %; of those of the calibration it was for 0.25 %" in text
-    unknown = " ".join(bound_sentences(found.recipe, HELD, None))
-    assert "False alarms were 0.25 % of the samples of the calibration." in unknown
 
 
-def tolerant(*comparisons: Comparison, **more: Any) -> Validation:
-    """A validation of a surrogate with tolerances: the last sample of each is not trusted."""
-    found = bounded(*comparisons, **more)
+def last_distrusted(*comparisons: Comparison) -> Validation:
+    """A validation in which the last sample of each trajectory is not trusted."""
     trusted = [
         replace(c, trust=replace(c.trust, trusted=np.array([1.0, 1.0, 1.0, 0.0])))
         for c in comparisons
         if c.trust is not None
     ]
-    return replace(found, surrogate=with_tolerances(found.surrogate), comparisons=tuple(trusted))
+    return bounded(*trusted)
 
 
-def test_flag_counts_instead_of_the_domain_where_the_fmu_has_it() -> None:
-    known = replace(tolerant(FIRST, SECOND), usual=np.array([1.0, 0.2]))
+def test_flag_counts_and_not_the_domain() -> None:
+    known = replace(last_distrusted(FIRST, SECOND), usual=np.array([1.0, 0.2]))
     bound = known.figures().error_bound
     assert (bound.flagged, bound.untrusted) == (2 / 8, 2 / 8)
     assert bound.harm == Harm(  # 4.0 of the first and flagged; 0.9 twice of the second, unnoticed
@@ -177,11 +172,11 @@ def test_flag_counts_instead_of_the_domain_where_the_fmu_has_it() -> None:
 
 
 def test_tolerances_are_given_by_false_alarms_in_range() -> None:
-    found = tolerant(FIRST, SECOND)
+    found = bounded(FIRST, SECOND)
     rows = found.figures().error_bound.tolerances
     assert [row.alarms for row in rows] == [0.005, 0.01, 0.02, 0.04, 0.08]
     assert {row.tolerances for row in rows} == {None}  # a quarter is outside of the domain
-    inside = tolerant(FIRST, THIRD)
+    inside = bounded(FIRST, THIRD)
     table = tolerance_table({"in range": inside.figures()})
     start = inside.surrogate.error_tolerances
     factor = max(9.0 / start)  # the largest bounds are 9 and 9
@@ -194,9 +189,9 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
     assert table.rows[0] == ("0.5 %", *expected)
     not_reached = tolerance_table({"in range": found.figures()})
     assert not_reached.rows[0] == ("0.5 %", "not reached", "not reached")
-    for other in (bounded(FIRST, THIRD), tolerant(FIRST, THIRD, amplitude=(1.0, 2.0))):
-        assert other.figures().error_bound.tolerances == ()
-        assert tolerance_table({"beyond": other.figures()}).rows == ()
+    beyond = bounded(FIRST, THIRD, amplitude=(1.0, 2.0)).figures()
+    assert beyond.error_bound.tolerances == ()
+    assert tolerance_table({"beyond": beyond}).rows == ()
 
 
 def test_card_says_what_the_bound_alone_has_learnt_from() -> None:
@@ -232,11 +227,11 @@ def sections_of(**validations: Validation) -> list[ReportSection]:
     return bound_sections(validations, {name: v.figures() for name, v in validations.items()})
 
 
-def test_report_has_two_sections_on_the_bound_with_charts() -> None:
+def test_report_has_sections_on_the_bound_with_charts() -> None:
     found = bounded(FIRST, SECOND)
     sections = sections_of(in_range=found, beyond=found)
-    assert [len(section.charts) for section in sections] == [4, 2]
-    assert [len(s.table.rows) for s in sections if s.table is not None] == [4, 4]
+    assert [len(section.charts) for section in sections] == [4, 2, 0]
+    assert [len(s.table.rows) for s in sections if s.table is not None] == [4, 4, 5]
     assert "calibrated by 150 trajectories" in sections[0].text
 
 
@@ -285,8 +280,8 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     figures = found.figures()
     bound = figures.error_bound
     assert [output.coverage for output in bound.outputs] == [0.0, 1.0]
-    assert bound.plain == Covered(coverage=(0.0, 1.0))
-    assert bound.known_to_step_end == Covered(coverage=(1.0, 1.0))
+    assert bound.plain == Covered(coverage=(0.0, 1.0), untrusted=0.0)
+    assert bound.known_to_step_end == Covered(coverage=(1.0, 1.0), untrusted=0.0)
     estimated = validation(*found.comparisons).figures().error_estimate
     (sentence,) = [s for s in bound_sentences(found.recipe, MOVING, figures) if "Covered" in s]
     assert "in the plain call: 0 %, 100 %; with" in sentence
@@ -300,7 +295,7 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
     other = replace(found.surrogate, inputs=(moves,), forecast=planned)
     ahead = replace(found, surrogate=other).figures()
     assert [output.coverage for output in ahead.error_bound.outputs] == [1.0, 1.0]
-    assert ahead.error_bound.plain == Covered(coverage=(0.0, 1.0))
+    assert ahead.error_bound.plain == Covered(coverage=(0.0, 1.0), untrusted=0.0)
     harmful = replace(found, surrogate=other, usual=np.array([0.5, 0.5])).figures().error_bound
     assert harmful.harm == harmful.known_to_step_end.harm
     assert harmful.harm.harmful == 0.0
@@ -320,6 +315,7 @@ def test_bound_and_estimate_are_measured_in_the_call_that_users_make() -> None:
 @pytest.mark.parametrize("more", [{"amplitude": (1.0, 3.0)}, {"held_out": True}])
 def test_report_of_other_inputs_calls_no_flag_a_false_alarm(more: dict[str, Any]) -> None:
     text = sections_of(validation=bounded(FIRST, SECOND, **more))[0].text
-    assert "False alarms were 0.25 % of the samples of the calibration." in text
+    assert "With the tolerances of the start, trusted was false for at most 4 %" in text
+    assert "False alarms" not in text
     text = sections_of(validation=bounded(FIRST, SECOND))[0].text
-    assert "of the samples in range, in_domain is false for 25 %" in text
+    assert "of the samples in range, trusted is false for 25 %" in text

@@ -316,8 +316,9 @@ def _run_native(
     names = [variable.name for variable in outputs]
     read = ValueReader([v.reference for v in outputs], [v.type for v in outputs])
     with open_slave(folder, description, "check", []) as slave:
-        if surrogate.hold == "first_order":  # no forecast: all inputs are known here
-            slave.set_real([BY_KEY["INPUTS_AT_STEP_END"].reference()], [1.0])
+        held = surrogate.hold == "zero_order"  # all inputs are known here: no forecast
+        known = BY_KEY["INPUTS_HELD" if held else "INPUTS_AT_STEP_END"]
+        slave.set_real([known.reference()], [1.0])
         slave.enter_initialization(0.0)
         slave.exit_initialization()
         rows = []

@@ -17,6 +17,7 @@ from slide_fmu.cosim.importer import ImportedSlave, ValueReader
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
+    HELD,
     BY_KEY,
     INITIAL,
     PREHISTORY_KNOWN,
@@ -109,7 +110,7 @@ class _Run:
     def held(self, times: FloatArray, values: FloatArray) -> FloatArray:
         """Set inputs with a zero-order hold before each step to their values in it."""
         rows = values[: len(times) - 1]
-        return self._steps(times, values[0], (rows, rows), {})
+        return self._steps(times, values[0], (rows, rows), {HELD: 1.0})
 
     def _steps(
         self,

@@ -10,7 +10,7 @@ from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
-from slide_fmu.fmu.description.variables import AT_STEP_END, IN_DOMAIN, NOVELTY, TRUSTED
+from slide_fmu.fmu.description.variables import AT_STEP_END, HELD, IN_DOMAIN, NOVELTY, TRUSTED
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, FmuAnswer
 from slide_fmu.validation.trust import TrustOutputs
@@ -43,7 +43,7 @@ def compare_with_truth(
     domain = [NOVELTY, IN_DOMAIN, TRUSTED] if bounds else []
     filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
     known = dict(parameters or {})
-    at_end = {AT_STEP_END: 1.0} if AT_STEP_END in fmu.references else {}
+    at_end = {AT_STEP_END if AT_STEP_END in fmu.references else HELD: 1.0}
     every = [*names, *estimates, *bounds, *domain]
     own = run_fmu(fmu, inputs, every, {**known, **at_end}, step)
     first = max(drawn.burn_in + 1, surrogate.network.memory_length)

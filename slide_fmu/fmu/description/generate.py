@@ -23,6 +23,7 @@ WHEN = {
     "state_space": "state-space network",
     "several_samples": "several samples at a time",
     "first_order": "moving inputs",
+    "zero_order": "held inputs",
     "parameters": "physical parameters",
     "bound": "error bound",
     "output_ranges": "known ranges",
@@ -48,6 +49,7 @@ MEANING = {
     "INPUTS_AT_STEP_END": (
         "inputs are those at: 0 the start of the step, with a forecast; 1 its end"
     ),
+    "INPUTS_HELD": "0: smooth inputs move on within a step, others are held; 1: all are held",
     "MODEL_PARAMETER": "physical parameter; values outside its range are refused",
     "PARAMETERS_SETTLED": "outputs are those of the new parameters once it is 1",
     "ERROR_BOUND": "limit of this sample's error, with the probability `confidence`",

@@ -66,6 +66,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "state_space": surrogate.network.measures_truncation,
         "several_samples": block_size(surrogate) > 1,
         "first_order": surrogate.hold == "first_order",
+        "zero_order": surrogate.hold == "zero_order",
         "parameters": bool(surrogate.parameters),
         "bound": surrogate.bound is not None,
         "output_ranges": surrogate.output_ranges is not None,

@@ -27,6 +27,7 @@ ERROR_ESTIMATE = "{signal}_error_estimate"
 TRUNCATION_ERROR = "{signal}_truncation_error"
 INITIAL = "initial_{signal}"
 AT_STEP_END = "inputs_at_step_end"
+HELD = "inputs_held"
 PARAMETERS_SETTLED = "parameters_settled"
 ERROR_BOUND = "{signal}_error_bound"
 IN_DOMAIN = "in_domain"
@@ -43,6 +44,7 @@ When = Literal[
     "state_space",
     "several_samples",
     "first_order",
+    "zero_order",
     "parameters",
     "bound",
     "output_ranges",
@@ -391,6 +393,19 @@ KINDS: tuple[VariableKind, ...] = (
         type="Boolean",
         when="bound",
         initially="everything",
+    ),
+    VariableKind(
+        23,
+        "INPUTS_HELD",
+        HELD,
+        "With 0, the FMU tells by what it has seen of an input whether it moves smoothly, so that "
+        "it goes on within a communication step, or is held, as a controller does; with 1, all "
+        "inputs are held over each step.",
+        "parameter",
+        "fixed",
+        when="zero_order",
+        unit="1",
+        bounds=(0.0, 1.0, 0.0),
     ),
 )
 """All kinds in rising order of their numbers, which is their order in a model description."""

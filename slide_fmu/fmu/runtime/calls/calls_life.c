@@ -18,7 +18,8 @@ static void place_watcher(SlideWatcher *watcher, const SlideInstance *instance,
 
 /* Place all that an instance needs; the same code measures and fills. */
 static void place_parts(SlideInstance *instance, const SlidePayload *payload,
-                        const SlideRequest *request, SlideArena *arena) {
+                        const SlideRequest *request, uint32_t steps_per_sample,
+                        SlideArena *arena) {
     instance->name = slide_place(arena, strlen(request->name) + 1, 1);
     if (instance->name != NULL) {
         strcpy(instance->name, request->name);
@@ -27,7 +28,7 @@ static void place_parts(SlideInstance *instance, const SlidePayload *payload,
     instance->watcher = request->watcher;
     instance->debug = request->debug;
     instance->has_more = request->has_more;
-    slide_model_place(&instance->model, payload, arena);
+    slide_model_place(&instance->model, payload, steps_per_sample, arena);
     slide_state_place(&instance->state, &instance->model, arena);
     slide_derivative_place(&instance->derivative, &instance->model, arena);
     slide_parameter_slopes_place(&instance->parameter_slopes, &instance->model, arena);
@@ -36,10 +37,10 @@ static void place_parts(SlideInstance *instance, const SlidePayload *payload,
 
 /* Bytes of the block that begins with an instance. */
 static size_t measure(const SlidePayload *payload, const SlideRequest *request,
-                      SlideInstance *measured) {
+                      uint32_t steps_per_sample, SlideInstance *measured) {
     SlideArena arena = {NULL, 0};
     slide_place(&arena, 1, sizeof *measured);
-    place_parts(measured, payload, request, &arena);
+    place_parts(measured, payload, request, steps_per_sample, &arena);
     return arena.used + SLIDE_ALIGNMENT;
 }
 
@@ -56,20 +57,14 @@ SlideSizes slide_measure(const SlidePayload *payload, bool watched, uint32_t ste
     memset(name, 'n', SLIDE_LONGEST_NAME);
     const SlideRequest request = {.name = name, .watcher = {.show = watched ? never_ends : NULL}};
     SlideInstance measured = {0};
-    const size_t instance = measure(payload, &request, &measured);
-    const SlideModel *model = &measured.model;
-    const size_t steps = slide_history_steps_size(&model->history);
-    const size_t wanted =
-        slide_history_size_with(model->n_inputs, model->memory_length, steps_per_sample);
-    const size_t times = watched ? 2 : 1; /* who is watched keeps the state before a step */
-    return (SlideSizes){instance - times * steps + times * wanted,
-                        slide_saved_size(&measured) - steps + wanted};
+    const size_t instance = measure(payload, &request, steps_per_sample, &measured);
+    return (SlideSizes){instance, slide_saved_size(&measured)};
 }
 
 static SlideInstance *build_instance(const SlidePayload *payload, const SlideRequest *request,
                                      SlideMessage *message) {
     SlideInstance measured = {0};
-    const size_t size = measure(payload, request, &measured);
+    const size_t size = measure(payload, request, SLIDE_STEPS_PER_SAMPLE, &measured);
     unsigned char *block = slide_memory_take(SLIDE_INSTANCE_MEMORY, size, message);
     if (block == NULL) {
         return NULL;
@@ -77,7 +72,7 @@ static SlideInstance *build_instance(const SlidePayload *payload, const SlideReq
     size_t misaligned = (size_t)((uintptr_t)block % SLIDE_ALIGNMENT);
     SlideArena arena = {block + (SLIDE_ALIGNMENT - misaligned), 0};
     SlideInstance *instance = slide_place(&arena, 1, sizeof *instance);
-    place_parts(instance, payload, request, &arena);
+    place_parts(instance, payload, request, SLIDE_STEPS_PER_SAMPLE, &arena);
     instance->block = block;
     instance->stop = INFINITY;
     slide_state_reset(&instance->model, &instance->state);

@@ -44,7 +44,7 @@ SlideStatus slide_set_rates(SlideInstance *instance, const SlideReference refere
     for (size_t i = 0; i < count; ++i) {
         if (orders[i] == 1) {
             state->rates[references[i]] = rates[i];
-            state->told[references[i]] = forecasts;
+            state->told[references[i]] = forecasts || rates[i] != 0;
         } else if (rates[i] != 0 && status == SLIDE_OK) {
             status = slide_report(instance, SLIDE_WARNING,
                                   "derivative of order %d of value reference %u; only order 1 "

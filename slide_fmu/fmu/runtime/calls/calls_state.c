@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { STATE_VERSION = 14 };
+enum { STATE_VERSION = 15 };
 
 /* Counters of past inputs: none comes near it, and loops over them end. */
 static const uint64_t LARGEST_COUNT = (uint64_t)1 << 62;
@@ -137,10 +137,9 @@ static bool is_intact(const SlideInstance *instance, const unsigned char *bytes)
     const unsigned char *block = bytes + sizeof header;
     const SlideState *state = &instance->state;
     size_t counter = (size_t)((const char *)state->history.count - (const char *)state->head);
-    uint64_t steps[3];
-    memcpy(steps, block + counter, sizeof steps);
-    return known_mode && steps[0] < LARGEST_COUNT && steps[1] < LARGEST_COUNT &&
-           steps[2] < LARGEST_COUNT &&
+    uint64_t steps;
+    memcpy(&steps, block + counter, sizeof steps);
+    return known_mode && steps < LARGEST_COUNT && head.now <= instance->model.n_phases &&
            isfinite(slide_clock_time(&head.clock)) &&
            header.checksum == slide_crc32(block, instance->state.size);
 }

@@ -129,7 +129,7 @@ static bool take_part_forecast(SlideInstance *instance, double length, bool firs
     if (first || !any_set(instance)) {
         return stream_step(instance, length, !first);
     }
-    give_others(instance, state->goal);
+    give_others(instance, state->history.end);
     const bool done = stream_step(instance, length, false);
     give_others(instance, watcher->to);
     memcpy(watcher->to, state->inputs, row);
@@ -148,7 +148,7 @@ typedef struct {
  * which a state of FMI 2.0 may bring, since they are those of a whole step. */
 static Walk walk_of(const SlideInstance *instance, double length) {
     const double step = instance->model.step;
-    const double meant = slide_clock_meant(&instance->state.head->clock, length, step);
+    const double meant = slide_clock_meant(&instance->state.head->inner, length, step);
     const double samples = nearbyint(meant / step);
     const bool apart = instance->watcher.show != NULL && !instance->state.head->moving &&
                        meant == samples * step && samples <= UINT32_MAX;
@@ -157,12 +157,12 @@ static Walk walk_of(const SlideInstance *instance, double length) {
 
 static bool take_part(SlideInstance *instance, Walk walk, uint32_t left) {
     const SlideModel *model = &instance->model;
-    if (walk.count == 1 || !model->history.first_order) {
+    if (walk.count == 1) {
         return stream_step(instance, walk.part, false);
     }
-    return slide_stream_forecasts(model, &instance->state)
-               ? take_part_forecast(instance, walk.part, left + 1 == walk.count)
-               : take_part_known(instance, walk.part, (double)left / walk.count);
+    return model->history.first_order && !slide_stream_forecasts(model, &instance->state)
+               ? take_part_known(instance, walk.part, (double)left / walk.count)
+               : take_part_forecast(instance, walk.part, left + 1 == walk.count);
 }
 
 /* The parts one by one; when one fails, the state is what it was before the first. Inputs go on as
@@ -186,7 +186,7 @@ static bool take_parts(SlideInstance *instance, double point, Walk walk, bool *e
         point = slide_clock_time(&state->head->clock);
         *early = watcher->show != NULL && show(instance, left == 0, &until);
     }
-    if (walk.count > 1 && instance->model.history.first_order) {
+    if (walk.count > 1) {
         give_others(instance, watcher->to);
     }
     return true;

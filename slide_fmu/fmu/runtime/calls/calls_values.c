@@ -5,34 +5,15 @@
 #include <math.h>
 
 /* Part of the inputs behind a result that were set in this run, or are known. */
-static double part_filled(const SlideState *state, double n_samples) {
-    double filled = state->head->filled / n_samples;
+static double part_filled(const SlideModel *model, const SlideState *state, uint64_t n_samples) {
+    const double filled = slide_stream_filled(model, state) / (double)n_samples;
     return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
 }
 
-/* How many of so many newest samples are such as the bound was made for. Where it judges what was
- * given, none before a step of another length: of its samples the importer was given nothing. Of held
- * inputs, none before a change within a sample. */
-static double n_alike(const SlideModel *model, const SlideState *state, double n_samples) {
-    const SlideHead *head = state->head;
-    if (slide_stream_forecasts(model, state)) {
-        return model->bound.judges_given ? head->given : INFINITY;
-    }
-    if (model->history.first_order || head->given >= fmin(head->filled, n_samples)) {
-        return INFINITY;
-    }
-    return slide_history_since_mixed(&model->history, &state->history, model->step, n_samples);
-}
-
-/* The part of the samples behind a result of the bound that it may be trusted for. */
-static double part_judged(const SlideModel *model, const SlideState *state, uint64_t n_samples) {
-    const double count = (double)n_samples;
-    return fmin(part_filled(state, count), n_alike(model, state, count) / count);
-}
-
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
-static bool in_domain(const SlideModel *model, const SlideState *state) {
-    return slide_bound_knows(&state->bound) && slide_stream_in_range(model, state);
+static bool in_domain(const SlideModel *model, SlideState *state) {
+    return slide_bound_knows(slide_stream_bound(model, state)) &&
+           slide_stream_in_range(model, state);
 }
 
 /* Of an output, oldest first; block: all outputs, of slide_stream_block. Are they finite? */
@@ -64,7 +45,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
     case SLIDE_PREHISTORY_KNOWN:
         return &state->head->prehistory;
     case SLIDE_INPUTS_AT_STEP_END:
-        return &state->head->at_step_end;
+    case SLIDE_INPUTS_HELD:
+        return &state->head->known;
     case SLIDE_MODEL_PARAMETER:
         return state->parameters + variable.index;
     case SLIDE_CONFIDENCE:
@@ -80,12 +62,8 @@ static bool of_bound(const SlideModel *model) { return model->bound.span_length 
 
 /* Relative to the scales of the outputs. */
 static const double *error_estimates(const SlideModel *model, SlideState *state) {
-    if (of_bound(model)) {
-        slide_stream_bound(model, state);
-        return state->bound.estimates;
-    }
-    slide_stream_estimate(model, state);
-    return state->estimate.errors;
+    return of_bound(model) ? slide_stream_bound(model, state)->estimates
+                           : slide_stream_estimate(model, state)->errors;
 }
 
 /* Do the outputs lie where the training had them? */
@@ -100,16 +78,16 @@ static bool outputs_in_range(const SlideModel *model, const SlideState *state) {
 }
 
 /* An error bound, in the output's unit. */
-static double error_bound(const SlideModel *model, const SlideState *state, size_t output,
+static double error_bound(const SlideModel *model, SlideState *state, size_t output,
                           double confidence) {
-    return slide_bound_of(slide_stream_judge(model, state), &state->bound, output, confidence) *
+    return slide_bound_of(&model->bound, slide_stream_bound(model, state), output, confidence) *
            model->output_scaling[output].scale;
 }
 
 /* Are the past, the inputs and the outputs known, and are the errors within their tolerances by the
  * usual bound? */
-static bool trusted(const SlideModel *model, const SlideState *state) {
-    if (part_judged(model, state, model->bound.filling_length) < 1 || !in_domain(model, state) ||
+static bool trusted(const SlideModel *model, SlideState *state) {
+    if (part_filled(model, state, model->bound.filling_length) < 1 || !in_domain(model, state) ||
         (model->has_output_ranges && !outputs_in_range(model, state))) {
         return false;
     }
@@ -135,6 +113,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_INITIAL_WINDOW:
     case SLIDE_PREHISTORY_KNOWN:
     case SLIDE_INPUTS_AT_STEP_END:
+    case SLIDE_INPUTS_HELD:
     case SLIDE_MODEL_PARAMETER:
     case SLIDE_CONFIDENCE:
     case SLIDE_ERROR_TOLERANCE:
@@ -146,34 +125,31 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = error_estimates(model, state)[i] * model->output_scaling[i].scale;
         break;
     case SLIDE_WINDOW_FILLED:
-        values[0] = part_filled(state, model->predictor.memory_length);
+        values[0] = part_filled(model, state, model->predictor.memory_length);
         break;
     case SLIDE_ESTIMATE_FILLED:
-        values[0] = of_bound(model)
-                        ? part_judged(model, state, model->bound.span_length)
-                        : part_filled(state, (double)model->estimator.memory_length);
+        values[0] = part_filled(model, state,
+                                of_bound(model) ? model->bound.span_length
+                                                : model->estimator.memory_length);
         break;
     case SLIDE_TRUNCATION_ERROR:
-        values[0] = model->predictor.family->truncation_errors(&state->predictor)[i] *
+        values[0] = model->predictor.family->truncation_errors(&slide_now(state)->predictor)[i] *
                     model->output_scaling[i].scale;
         break;
     case SLIDE_PARAMETERS_SETTLED:
-        values[0] = fmin(*state->since / model->predictor.memory_length, 1);
+        values[0] = fmin(slide_now(state)->head->since / model->predictor.memory_length, 1);
         break;
     case SLIDE_ERROR_BOUND:
-        slide_stream_bound(model, state);
         values[0] = error_bound(model, state, i, state->head->confidence);
         break;
     case SLIDE_IN_DOMAIN:
-        slide_stream_bound(model, state);
         values[0] = in_domain(model, state);
         break;
     case SLIDE_NOVELTY:
-        slide_stream_bound(model, state);
-        values[0] = *state->bound.novelty;
+        values[0] = *slide_stream_bound(model, state)->novelty;
         break;
     case SLIDE_BOUND_FILLED:
-        values[0] = part_judged(model, state, model->bound.filling_length);
+        values[0] = part_filled(model, state, model->bound.filling_length);
         break;
     case SLIDE_IN_RANGE:
         values[0] = slide_stream_in_range(model, state);
@@ -182,7 +158,6 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = outputs_in_range(model, state);
         break;
     case SLIDE_TRUSTED:
-        slide_stream_bound(model, state);
         values[0] = trusted(model, state);
         break;
     case SLIDE_TIME:
@@ -320,13 +295,14 @@ static SlideStatus check_values(const SlideInstance *instance, unsigned referenc
                                     "the former values are kept",
                                     reference, values[0], instance->has_more ? "to 2" : "or 1");
     }
-    if (variable.kind == SLIDE_INPUTS_AT_STEP_END) {
+    if (variable.kind == SLIDE_INPUTS_AT_STEP_END || variable.kind == SLIDE_INPUTS_HELD) {
+        const bool held = variable.kind == SLIDE_INPUTS_HELD;
         return values[0] == 0 || values[0] == 1
                    ? SLIDE_OK
                    : slide_report(instance, SLIDE_DISCARD,
-                                  "inputs_at_step_end (value reference %u) = %g; expected 0 or 1; "
+                                  "inputs_%s (value reference %u) = %g; expected 0 or 1; "
                                   "the former values are kept",
-                                  reference, values[0]);
+                                  held ? "held" : "at_step_end", reference, values[0]);
     }
     if (variable.kind == SLIDE_MODEL_PARAMETER) {
         const SlideParameters *parameters = &instance->model.parameters;

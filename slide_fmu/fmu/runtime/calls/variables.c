@@ -7,6 +7,7 @@ typedef enum {
     WHEN_STATE_SPACE,
     WHEN_SEVERAL_SAMPLES,
     WHEN_FIRST_ORDER,
+    WHEN_ZERO_ORDER,
     WHEN_PARAMETERS,
     WHEN_BOUND,
     WHEN_OUTPUT_RANGES
@@ -47,6 +48,8 @@ static bool has(const SlideModel *model, When when) {
         return model->predictor.n_block > 1;
     case WHEN_FIRST_ORDER:
         return model->history.first_order;
+    case WHEN_ZERO_ORDER:
+        return !model->history.first_order;
     case WHEN_PARAMETERS:
         return model->parameters.count > 0;
     case WHEN_BOUND:

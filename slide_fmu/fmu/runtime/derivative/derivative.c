@@ -1,5 +1,7 @@
 #include "derivative.h"
 
+#include "sampling.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -8,65 +10,76 @@
  * count many times in second differences. */
 static const double DISTANCE = 1e-6;
 
+static const double SLACK = 1e-5; /* in sample steps */
+
 /* The last step, done once more. */
 typedef struct {
     const SlideModel *model;
-    const SlideState *state;
+    SlideState *state;
     const SlideDerivativeScratch *scratch;
-    SlideIntake intake;
+    uint64_t n_moved; /* newest samples that the inputs of this step move */
+    uint64_t n_taken; /* samples that come after what was before */
+    bool anew;        /* is the whole window taken in once more? else what came since */
+    bool settled;     /* the inputs count as held for ever */
 } Replay;
 
 static double *row_at(const Replay *replay, size_t age) {
     return replay->model->taken + age * replay->model->n_inputs;
 }
 
-/* A sample that the step did not take in. The last ones before it are kept, since two steps may
- * take in more samples than the ring holds. */
-static const double *sample_before(const Replay *replay, size_t age) {
-    const SlideModel *model = replay->model;
-    const SlideSamples *samples = &replay->state->samples;
-    const size_t behind = age - replay->intake.count;
-    return behind < SLIDE_BEFORE
-               ? replay->state->before.samples + behind * model->n_inputs
-               : slide_samples_at(&model->samples, samples, *samples->count - 1 - age);
-}
-
+/* Samples that the inputs do not move are those that networks have seen. */
 static void put_earlier(const Replay *replay) {
     const SlideModel *model = replay->model;
-    for (size_t age = replay->intake.count; age < model->n_redone; ++age) {
-        const double *before = sample_before(replay, age);
+    const SlideSamples *samples = &slide_now(replay->state)->samples;
+    const uint64_t newest = *samples->count - 1;
+    for (uint64_t age = replay->n_moved; age < model->n_redone; ++age) {
+        const double *before = slide_samples_at(&model->samples, samples, newest - age);
         for (size_t i = 0; i < model->n_inputs; ++i) {
-            row_at(replay, age)[i] = replay->intake.settled
+            row_at(replay, age)[i] = replay->settled
                                          ? slide_scaled(model, i, replay->state->inputs[i])
                                          : before[i];
         }
     }
 }
 
-/* Do the last step once more, or what counts as it before the first, under inputs that were moved
- * from those given by a part of the direction: the history is then that after this step. */
-static Replay redo(const SlideModel *model, SlideState *state,
-                   const SlideDerivativeScratch *scratch, const double *given, double amount) {
-    Replay replay = {.model = model, .state = state, .scratch = scratch};
+/* Newest samples that end after the last but one communication point: the inputs of the last one are
+ * what the step before it ends with. */
+static uint64_t n_moved_of(const SlideModel *model, const SlideState *state) {
+    const SlideHead *head = state->head;
+    const bool ends = model->history.first_order && !slide_stream_forecasts(model, state);
+    const double time = head->last_length + (ends ? 0 : fmax(head->length_before, model->step));
+    const double samples = ceil(time / model->step - SLACK);
+    return samples < model->n_redone ? (uint64_t)samples : model->n_redone;
+}
+
+/* The samples of the last step under inputs that were moved from those given by a part of the
+ * direction, or of what counts as it before the first step. */
+static void redo(const Replay *replay, const double *given, double amount) {
+    const SlideModel *model = replay->model;
+    SlideState *state = replay->state;
     for (size_t i = 0; i < model->n_inputs; ++i) {
-        state->inputs[i] = given[i] + amount * scratch->direction[i];
+        state->inputs[i] = given[i] + amount * replay->scratch->direction[i];
     }
-    slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
-    replay.intake = slide_stream_take_in(model, state);
-    put_earlier(&replay);
-    return replay;
+    if (slide_stream_fresh(state)) {
+        if (!replay->settled) { /* they are reached by now */
+            slide_sampling_scale(model, state->inputs, model->taken);
+        }
+    } else {
+        slide_stream_set_again(model, state, state->inputs);
+        slide_sample(model, state, replay->n_moved, 0);
+    }
+    put_earlier(replay);
 }
 
 /* What a network gives after the samples from an age on. */
 static const double *evaluate(const Replay *replay, const SlideNetwork *network,
                               const SlideExact *exact, size_t age) {
-    const SlideIntake *intake = &replay->intake;
+    const SlideBeforeStep *before = &replay->state->before;
     const SlideExactRun run = {.samples = row_at(replay, age),
-                               .n_taken = intake->count,
-                               .anew = intake->anew,
-                               .n_after = intake->n_after,
-                               .settled = intake->settled,
-                               .before = &replay->state->before.predictor};
+                               .n_taken = (uint32_t)replay->n_taken,
+                               .anew = replay->anew,
+                               .settled = replay->settled,
+                               .before = &before->predictor[replay->state->head->before]};
     return network->family->run_exact(network, exact, &run);
 }
 
@@ -75,9 +88,10 @@ static const double *evaluate(const Replay *replay, const SlideNetwork *network,
 static void estimate(const Replay *replay, double *errors) {
     const SlideModel *model = replay->model;
     const SlideEstimator *estimator = &model->estimator;
-    const uint64_t newest = *replay->state->samples.count - 1;
+    const SlideEstimate *found = slide_stream_estimate(model, replay->state);
+    const uint64_t newest = *slide_now(replay->state)->samples.count - 1;
     const size_t n_outputs = model->n_outputs;
-    const uint32_t n_moved = replay->intake.settled ? estimator->positions : replay->intake.count;
+    const uint64_t n_moved = replay->settled ? estimator->positions : replay->n_moved;
     memset(errors, 0, n_outputs * sizeof *errors);
     for (uint32_t age = 0; age < estimator->positions; ++age) {
         const double *values = NULL;
@@ -85,8 +99,7 @@ static void estimate(const Replay *replay, double *errors) {
             values = evaluate(replay, &estimator->network, &replay->scratch->estimator, age);
         }
         for (size_t i = 0; i < n_outputs; ++i) {
-            double square =
-                *slide_estimate_square(estimator, &replay->state->estimate, i, newest - age);
+            double square = *slide_estimate_square(estimator, found, i, newest - age);
             if (values != NULL && square < estimator->largest) {
                 double mean = estimator->n_means > 0 ? values[i] : 0;
                 square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
@@ -122,6 +135,36 @@ static double largest_change(const SlideModel *model, const double *d_inputs) {
     return largest;
 }
 
+/* What is done again: after a step what networks took in since a state that is kept, if all that the
+ * inputs move is in it; else all samples. */
+static Replay replay_of(const SlideModel *model, SlideState *state,
+                        const SlideDerivativeScratch *scratch) {
+    Replay replay = {.model = model, .state = state, .scratch = scratch};
+    const SlideSeen *seen = slide_now(state);
+    replay.n_taken = state->head->n_since;
+    if (slide_stream_fresh(state)) {
+        replay.n_taken = 0;
+        replay.settled = state->head->prehistory == SLIDE_FIRST_HELD;
+        replay.n_moved = replay.settled ? 0 : seen->head->n_open;
+        replay.anew = !replay.settled;
+    } else if (slide_stream_first_held(state)) {
+        replay.settled = true;
+        replay.n_moved = state->head->n_since;
+        replay.anew = state->head->moved != 0 || replay.n_moved == 0;
+        replay.n_moved = replay.anew ? model->n_redone : replay.n_moved;
+        /* the first sample counts as settled, too, where it is held */
+        replay.n_taken -= !replay.anew && !slide_stream_forecasts(model, state);
+    } else if (state->head->n_phases == 0) { /* what networks have seen ends at other times */
+        replay.n_moved = model->n_redone;
+        replay.anew = true;
+    } else {
+        replay.n_moved = n_moved_of(model, state);
+        replay.anew = state->head->n_since < replay.n_moved ||
+                      !slide_is_recurrent(model->predictor.family);
+    }
+    return replay;
+}
+
 void slide_directional_derivative(const SlideModel *model, SlideState *state,
                                   const SlideDerivativeScratch *scratch, bool estimates) {
     const double largest = largest_change(model, scratch->direction);
@@ -135,16 +178,17 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     }
     slide_model_form(model, state->acting);
     memcpy(scratch->inputs, state->inputs, row);
-    const double *given = fresh ? scratch->inputs : state->before.given;
+    memcpy(scratch->given, fresh ? state->inputs : slide_stream_given(model, state), row);
+    memcpy(scratch->forecast, state->forecast.spacing, state->forecast.size);
+    const Replay replay = replay_of(model, state, scratch);
     for (size_t side = 0; side < 2; ++side) {
         const double amount = (side == 0 ? DISTANCE : -DISTANCE) / largest;
-        const Replay replay = redo(model, state, scratch, given, amount);
+        redo(&replay, scratch->given, amount);
         run(&replay, estimates, scratch->results[side]);
     }
-    slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
     if (!fresh) {
-        memcpy(state->inputs, given, row);
-        slide_stream_take_in(model, state);
+        slide_stream_set_again(model, state, scratch->given);
+        memcpy(state->forecast.spacing, scratch->forecast, state->forecast.size);
     }
     memcpy(state->inputs, scratch->inputs, row);
     for (size_t i = 0; i < 3 * n; ++i) {
@@ -158,12 +202,15 @@ void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *m
                             SlideArena *arena) {
     const size_t row = model->n_inputs * sizeof(double);
     const size_t results = 3 * model->n_outputs * sizeof(double);
+    const size_t n_bytes = slide_forecast_state_size(&model->forecast, model->n_inputs);
     const SlideNetwork *predictor = &model->predictor, *estimator = &model->estimator.network;
     predictor->family->place_exact(&scratch->predictor, predictor, arena);
     if (model->estimator.positions > 0) {
         estimator->family->place_exact(&scratch->estimator, estimator, arena);
     }
     scratch->inputs = slide_place(arena, 1, row);
+    scratch->given = slide_place(arena, 1, row);
+    scratch->forecast = slide_place(arena, n_bytes, 1);
     scratch->results[0] = slide_place(arena, 1, results);
     scratch->results[1] = slide_place(arena, 1, results);
     scratch->direction = slide_place(arena, 1, row);

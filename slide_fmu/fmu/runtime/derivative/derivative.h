@@ -3,8 +3,7 @@
  * (first-order hold: reached at its end), all that was before it staying as it was. Before the
  * first step, and after it, inputs count as held for ever, unless the prehistory is known.
  *
- * The last step is done twice more, in double precision, with inputs a little to either side: it
- * is taken back and takes in its samples by the function that steps call. */
+ * The last step is done twice more, in double precision, with inputs a little to either side. */
 #ifndef SLIDE_DERIVATIVE_H
 #define SLIDE_DERIVATIVE_H
 
@@ -21,6 +20,8 @@ typedef enum {
 typedef struct {
     SlideExact predictor, estimator;
     double *inputs;     /* [n_inputs], as they are set now */
+    double *given;      /* [n_inputs], as they were for the last step */
+    void *forecast;     /* what a forecast of the inputs goes by */
     double *results[2]; /* [3][n_outputs] on either side: SlideDerivatives, scaled */
     double *direction;  /* [n_inputs], one at a time */
     double *slopes;     /* [3][n_outputs], the derivatives in that direction */

@@ -8,11 +8,12 @@
 static const double DISTANCE = 0.02;
 
 /* The samples of the window, newest first, and those that features of the oldest look at. */
-static void gather(const SlideModel *model, const SlideState *state) {
-    const uint64_t newest = *state->samples.count - 1;
+static void gather(const SlideModel *model, SlideState *state) {
+    const SlideSamples *samples = &slide_now(state)->samples;
+    const uint64_t newest = *samples->count - 1;
     for (size_t age = 0; age < model->memory_length; ++age) {
         memcpy(model->taken + age * model->n_inputs,
-               slide_samples_at(&model->samples, &state->samples, newest - age),
+               slide_samples_at(&model->samples, samples, newest - age),
                model->n_inputs * sizeof(double));
     }
 }
@@ -30,7 +31,7 @@ static void add_outputs(const SlideModel *model, const SlideState *state,
     }
 }
 
-void slide_parameter_slopes(const SlideModel *model, const SlideState *state,
+void slide_parameter_slopes(const SlideModel *model, SlideState *state,
                             const SlideParameterScratch *scratch) {
     const SlideParameters *parameters = &model->parameters;
     double largest = 0;

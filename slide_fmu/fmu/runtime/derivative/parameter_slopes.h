@@ -19,7 +19,7 @@ void slide_parameter_slopes_place(SlideParameterScratch *scratch, const SlideMod
 
 /* Derivative in the direction that the scratch holds, into its slopes. The outputs must be those of
  * the present state. Changes nothing that later steps give. */
-void slide_parameter_slopes(const SlideModel *model, const SlideState *state,
+void slide_parameter_slopes(const SlideModel *model, SlideState *state,
                             const SlideParameterScratch *scratch);
 
 #endif

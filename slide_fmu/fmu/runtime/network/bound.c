@@ -50,7 +50,6 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->memory_length = 0;
     bound->span_length = 0;
     bound->n_outputs = 0;
-    bound->judges_given = payload->has_bound && payload->forecast.judged;
     if (!payload->has_bound) {
         return;
     }
@@ -60,8 +59,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_seen = n_seen;
     bound->n_expected = payload->has_estimator ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
-    bound->n_predicted =
-        slide_power_of_two(means_over + (payload->first_order ? payload->n_in : 0));
+    bound->n_predicted = slide_power_of_two(means_over + payload->n_in);
     bound->of_short = (SlideBlocksShape){block, n_outputs};
     bound->of_long = (SlideBlocksShape){longer, n_outputs};
     bound->of_seen = (SlideBlocksShape){longer, n_seen};
@@ -75,14 +73,6 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     }
     bound->span_length = span_block > 0 ? seen + means_over : 0;
     place_scratch(bound, arena);
-}
-
-void slide_bound_place_plain(SlideBound *plain, const SlideBound *bound,
-                             const SlidePayload *payload, SlideArena *arena) {
-    *plain = *bound;
-    if (payload->has_plain) {
-        place_judge(plain, &payload->plain, arena);
-    }
 }
 
 void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, SlideArena *arena) {

@@ -25,7 +25,6 @@ typedef struct {
     size_t n_outputs;       /* 0 without a bound */
     size_t n_states, n_seen;
     size_t n_expected;      /* squared errors that the head sees: n_outputs, or 0 */
-    bool judges_given;      /* of a sample that was forecast, what the predictor gave then counts */
     uint64_t n_predicted;   /* samples for which the predictor's values are kept, a power of two */
     SlideBlocksShape of_short, of_long, of_seen; /* blocks of squared disagreements [n_outputs], and
                                                     long ones of squares of what is seen [n_seen] */
@@ -67,11 +66,6 @@ typedef struct {
 } SlideBoundState;
 
 void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideArena *arena);
-
-/* The bound in the plain call, if there is one of its own: it has other numbers and another head,
- * but the state of the first. */
-void slide_bound_place_plain(SlideBound *plain, const SlideBound *bound,
-                             const SlidePayload *payload, SlideArena *arena);
 
 void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, SlideArena *arena);
 

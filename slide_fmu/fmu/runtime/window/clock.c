@@ -9,6 +9,9 @@ static const double STEP_SLACK = 1e-6, TIME_SLACK = 1e-9, LARGEST_SLACK = 0.25;
 /* Relative slack of a step that is written down, such as 0.016667 s for 1/60 s. */
 static const double MEANT_SLACK = 3e-5;
 
+/* Of a sample step: smaller ones could hardly be told apart by this slack. */
+static const double MOST_PARTS = 1000;
+
 /* Largest rounding error of a time, relative to the step; greater ones would blur the steps. */
 static const double TIME_RESOLUTION = 1e-3;
 
@@ -34,10 +37,14 @@ double slide_clock_farthest(double step) { return 2 * TIME_RESOLUTION * step / D
 
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step) {
     /* an importer that subtracts two times of this size can be off by their rounding */
-    double rounding = 2 * DBL_EPSILON * fabs(slide_clock_time(clock));
-    double nearest = nearbyint(step / sample_step) * sample_step;
-    bool multiple = nearest > 0 && fabs(step - nearest) <= MEANT_SLACK * nearest + rounding;
-    return multiple ? nearest : step;
+    const double rounding = 2 * DBL_EPSILON * fabs(slide_clock_time(clock));
+    if (fabs(step - clock->stride) <= TIME_SLACK * step + rounding) {
+        return clock->stride;
+    }
+    const double ratio = step / sample_step;
+    const double nearest = ratio > 1 ? nearbyint(ratio) * sample_step
+                                     : sample_step / fmin(nearbyint(1 / ratio), MOST_PARTS);
+    return fabs(step - nearest) <= MEANT_SLACK * nearest + rounding ? nearest : step;
 }
 
 void slide_clock_advance(SlideClock *clock, double point, double step) {

@@ -23,8 +23,8 @@ bool slide_clock_reaches(const SlideClock *clock, double time, double other, dou
 /* Largest distance from 0 (s) at which steps of this size can be told apart. */
 double slide_clock_farthest(double step);
 
-/* The step that an importer means: a multiple of the sample step, where it differs from one by
- * how it is written only, such as 0.016667 for 1/60. */
+/* The step that an importer means: the last one again, or a multiple or a part of the sample step,
+ * where it differs from it by rounding or by how it is written only, such as 0.016667 for 1/60. */
 double slide_clock_meant(const SlideClock *clock, double step, double sample_step);
 
 /* A step of the importer's, from its communication point. */

@@ -1,10 +1,17 @@
 #include "forecast.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
 static const double BETTER = 0.5; /* of another mean square error */
+
+/* Of held inputs files say nothing: a straight line and a parabola are tried. */
+static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
+enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
+
+/* Fewer changes could be those of stairs that rise evenly by chance. */
+enum { LEAST_CHANGES = 4 };
 
 /* Of u(t - i H) - u(t), the sum of which is how much an input changes. */
 typedef struct {
@@ -15,9 +22,27 @@ typedef struct {
 static const double CUBIC_WEIGHTS[] = {-6, 4, -1}, HELD_WEIGHT = 0;
 static const Candidate CUBIC = {CUBIC_WEIGHTS, 3}, HELD = {&HELD_WEIGHT, 1};
 
-static size_t n_points(const SlideForecast *forecast) {
-    const size_t n_past = forecast->n_past > CUBIC.n_past ? forecast->n_past : CUBIC.n_past;
-    return n_past + forecast->n_scored + 1;
+static size_t n_past_of(const SlideForecast *forecast) {
+    return forecast->n_past > CUBIC.n_past ? forecast->n_past : CUBIC.n_past;
+}
+
+/* Points that a forecast and the scores of the last ones need. */
+static size_t n_points(const SlideForecast *forecast) { return n_past_of(forecast) + 2; }
+
+/* The held value, those of the file, the cubic. */
+static size_t n_choices(const SlideForecast *forecast) {
+    return (size_t)forecast->n_candidates + 2;
+}
+
+static Candidate choice(const SlideForecast *forecast, size_t input, size_t index) {
+    if (index == 0) {
+        return HELD;
+    }
+    if (index == n_choices(forecast) - 1) {
+        return CUBIC;
+    }
+    const size_t row = (input * forecast->n_candidates + index - 1) * forecast->n_past;
+    return (Candidate){forecast->weights + row, forecast->n_past};
 }
 
 /* A row of the file: the largest change, then the weights. */
@@ -32,25 +57,50 @@ static void read_row(const SlideForecast *forecast, const unsigned char *row, si
 void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
                           SlideArena *arena) {
     const SlideForecastView *view = &payload->forecast;
-    const size_t n = payload->n_inputs, row = 1 + (size_t)view->n_candidates * view->n_past;
-    forecast->n_candidates = view->n_candidates;
-    forecast->n_past = view->n_past;
-    forecast->n_scored = view->n_scored;
+    const bool held = !payload->first_order;
+    forecast->n_candidates = held ? N_OF_HELD : view->n_candidates;
+    forecast->n_past = held ? N_PAST_OF_HELD : view->n_past;
+    forecast->n_scored = held ? N_SCORED_OF_HELD : view->n_candidates > 0 ? view->n_scored : 1;
+    const size_t n = payload->n_inputs;
+    const size_t n_weights = (size_t)forecast->n_candidates * forecast->n_past;
     forecast->sample_step = payload->step;
     forecast->largest = slide_place(arena, n, sizeof(double));
-    forecast->weights = slide_place(arena, n * (row - 1), sizeof(double));
+    forecast->weights = slide_place(arena, n * n_weights, sizeof(double));
     forecast->low = slide_place(arena, n, sizeof(double));
     forecast->high = slide_place(arena, n, sizeof(double));
-    forecast->past = slide_place(arena, n_points(forecast) * n, sizeof(double));
-    forecast->channel = slide_place(arena, n_points(forecast), sizeof(double));
+    forecast->past = slide_place(arena, n, sizeof(double));
+    forecast->scores = slide_place(arena, n_choices(forecast), sizeof(double));
     for (size_t i = 0; arena->base != NULL && i < n; ++i) {
         const unsigned char *scaling = payload->input_scaling + SLIDE_INPUT_ROW * i;
         forecast->low[i] = slide_f64(scaling) - slide_f64(scaling + 8);
         forecast->high[i] = slide_f64(scaling) + slide_f64(scaling + 8);
-        if (view->n_candidates > 0) {
-            read_row(forecast, view->rows + 8 * row * i, i);
+        if (held) {
+            forecast->largest[i] = DBL_MAX;
+            memcpy(forecast->weights + i * n_weights, LINE_AND_PARABOLA,
+                   sizeof LINE_AND_PARABOLA);
+        } else if (view->n_candidates > 0) {
+            read_row(forecast, view->rows + 8 * (1 + n_weights) * i, i);
         }
     }
+}
+
+void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *forecast,
+                                uint32_t n_inputs, SlideArena *arena) {
+    const size_t n = n_inputs, n_errors = n_choices(forecast) * forecast->n_scored;
+    state->spacing = slide_place(arena, 1, sizeof *state->spacing);
+    const size_t start = arena->used - sizeof *state->spacing;
+    state->scored = slide_place(arena, 1, sizeof *state->scored);
+    state->latest = slide_place(arena, n, sizeof(double));
+    state->channels = slide_place(arena, n * n_points(forecast), sizeof(double));
+    state->errors = slide_place(arena, n * n_errors, sizeof(double));
+    state->size = arena->used - start;
+}
+
+size_t slide_forecast_state_size(const SlideForecast *forecast, uint32_t n_inputs) {
+    SlideArena arena = {NULL, 0};
+    SlideForecastState measured;
+    slide_forecast_place_state(&measured, forecast, n_inputs, &arena);
+    return measured.size;
 }
 
 static double within(double value, double low, double high) {
@@ -66,90 +116,134 @@ static double change_of(Candidate candidate, const double *x, double largest) {
     return within(change, -largest, largest);
 }
 
-/* The squared errors of a candidate at the last points. */
-static double score(const SlideForecast *forecast, Candidate candidate, double largest) {
-    double sum = 0;
-    for (const double *x = forecast->channel + forecast->n_scored; x > forecast->channel; --x) {
-        const double error = x[-1] - x[0] - change_of(candidate, x, largest);
-        sum += error * error;
+/* A channel goes on to a new point, from which all are counted. */
+static void push(const SlideForecast *forecast, double change, double *channel) {
+    for (size_t i = n_points(forecast) - 1; i > 0; --i) {
+        channel[i] = channel[i - 1] - change;
     }
-    return sum;
+    channel[0] = 0;
+}
+
+/* How an input, or the angle of a director, went on. */
+static double change_to(bool of_angle, const double *from, const double *to) {
+    return of_angle ? atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1])
+                    : to[0] - from[0];
+}
+
+/* The largest change within a step. */
+static double largest_of(const SlideForecast *forecast, const SlideForecastState *state,
+                         size_t input) {
+    return fmin(forecast->largest[input] * (*state->spacing / forecast->sample_step), DBL_MAX);
+}
+
+/* A further point; until there are as many as errors need, none is found. */
+static void add_point(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                      SlideForecastState *state, const double *inputs, bool scores) {
+    const size_t place = (size_t)(*state->scored % forecast->n_scored);
+    for (size_t input = 0; input < shape->n_inputs; ++input) {
+        const bool of_angle = shape->cosine[input];
+        double *channel = state->channels + input * n_points(forecast);
+        double *errors = state->errors + input * n_choices(forecast) * forecast->n_scored;
+        const double largest = largest_of(forecast, state, input);
+        push(forecast, change_to(of_angle, state->latest + input, inputs + input), channel);
+        for (size_t i = 0; scores && i < n_choices(forecast); ++i) {
+            const double error =
+                channel[0] - channel[1] - change_of(choice(forecast, input, i), channel + 1, largest);
+            errors[i * forecast->n_scored + place] = error * error;
+        }
+        input += of_angle;
+    }
+    memcpy(state->latest, inputs, shape->n_inputs * sizeof *inputs);
+    *state->scored += scores;
+}
+
+/* All points, from the oldest on that counts. */
+static void read_all(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                     const SlideHistory *history, double length, SlideForecastState *state) {
+    const size_t first = n_past_of(forecast) + forecast->n_scored;
+    SlideReader reader = slide_history_reader(shape, history);
+    memset(state->spacing, 0, state->size);
+    *state->spacing = length;
+    for (size_t age = first + 1; age-- > 0;) {
+        const double before = fmin((double)age * length, shape->reach);
+        slide_history_at(&reader, -before - length, forecast->past);
+        if (age == first) {
+            memcpy(state->latest, forecast->past, shape->n_inputs * sizeof(double));
+        }
+        add_point(forecast, shape, state, forecast->past, age < forecast->n_scored);
+    }
+}
+
+void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                        const SlideHistory *history, SlideForecastState *state) {
+    const double *step = slide_history_newest(shape, history), length = step[0];
+    if (*state->spacing == length) {
+        add_point(forecast, shape, state, step + 1, true);
+    } else {
+        read_all(forecast, shape, history, length, state);
+    }
+}
+
+static double sum_of(const double *values, size_t count) {
+    double even = 0, odd = 0;
+    for (size_t i = 0; i + 2 <= count; i += 2) {
+        even += values[i];
+        odd += values[i + 1];
+    }
+    return even + odd + (count % 2 == 1 ? values[count - 1] : 0);
+}
+
+/* The index of the choice that is taken. */
+static size_t best_of(const SlideForecast *forecast, const SlideForecastState *state,
+                      size_t input) {
+    const size_t n = n_choices(forecast), n_scored = forecast->n_scored;
+    const double *errors = state->errors + input * n * n_scored;
+    double least = BETTER * sum_of(errors, n_scored);
+    size_t best = 0;
+    for (size_t i = 1; i + 1 < n; ++i) {
+        const double found = sum_of(errors + i * n_scored, n_scored);
+        if (found < least) {
+            least = found;
+            best = i;
+        }
+    }
+    if (forecast->n_candidates > 0 && sum_of(errors + (n - 1) * n_scored, n_scored) < BETTER * least) {
+        best = n - 1;
+    }
+    return best;
+}
+
+bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
+                          size_t input) {
+    const double *held = state->errors + input * n_choices(forecast) * forecast->n_scored;
+    size_t changes = 0;
+    for (size_t i = 0; i < forecast->n_scored; ++i) {
+        changes += held[i] > 0;
+    }
+    return changes >= LEAST_CHANGES && best_of(forecast, state, input) > 0;
 }
 
 /* The change of the channel that the best candidate says. */
-static double best_change(const SlideForecast *forecast, size_t input, double length) {
-    const double largest = forecast->largest[input] * length / forecast->sample_step;
-    const size_t n_past = forecast->n_past;
-    const double *weights = forecast->weights + input * forecast->n_candidates * n_past;
-    double least = BETTER * score(forecast, HELD, largest);
-    Candidate best = HELD;
-    for (size_t i = 0; i < forecast->n_candidates; ++i, weights += n_past) {
-        const Candidate candidate = {weights, n_past};
-        const double found = score(forecast, candidate, largest);
-        if (found < least) {
-            least = found;
-            best = candidate;
-        }
-    }
-    if (forecast->n_candidates > 0 && score(forecast, CUBIC, largest) < BETTER * least) {
-        best = CUBIC;
-    }
-    return change_of(best, forecast->channel, largest);
-}
-
-/* Turns of a director until the newest point, unwrapped. */
-static void fill_turns(const SlideForecast *forecast, size_t n_inputs, size_t input) {
-    const double *z = forecast->past + input;
-    forecast->channel[0] = 0;
-    for (size_t i = 1; i < n_points(forecast); ++i, z += n_inputs) {
-        const double *before = z + n_inputs;
-        double turn = atan2(before[1], before[0]) - atan2(z[1], z[0]);
-        turn -= 2 * PI * ceil((turn - PI) / (2 * PI));
-        forecast->channel[i] = forecast->channel[i - 1] + turn;
-    }
-}
-
-static void turn_on(const SlideForecast *forecast, size_t n_inputs, size_t input, double length,
-                    double *inputs) {
-    const double *z = forecast->past + input;
-    fill_turns(forecast, n_inputs, input);
-    const double turn = best_change(forecast, input, length);
-    const double c = cos(turn), s = sin(turn);
-    inputs[input] = c * z[0] - s * z[1];
-    inputs[input + 1] = s * z[0] + c * z[1];
-}
-
-static void move_on(const SlideForecast *forecast, size_t n_inputs, size_t input, double length,
-                    double *inputs) {
-    const double now = forecast->past[input];
-    for (size_t i = 0; i < n_points(forecast); ++i) {
-        forecast->channel[i] = forecast->past[i * n_inputs + input];
-    }
-    inputs[input] = within(now + best_change(forecast, input, length),
-                           fmin(now, forecast->low[input]), fmax(now, forecast->high[input]));
-}
-
-static void sample_past(const SlideForecast *forecast, const SlideHistoryShape *shape,
-                        const SlideHistory *history, double length) {
-    SlideReader reader = slide_history_reader(shape, history);
-    for (size_t age = n_points(forecast); age-- > 1;) {
-        const double end = -(double)age * length;
-        slide_history_sample(&reader, end - forecast->sample_step, end,
-                             forecast->past + age * shape->n_inputs);
-    }
-    memcpy(forecast->past, slide_history_newest(shape, history),
-           shape->n_inputs * sizeof *forecast->past);
+static double best_change(const SlideForecast *forecast, const SlideForecastState *state,
+                          size_t input) {
+    const double *channel = state->channels + input * n_points(forecast);
+    const Candidate best = choice(forecast, input, best_of(forecast, state, input));
+    return change_of(best, channel, largest_of(forecast, state, input));
 }
 
 void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shape,
-                    const SlideHistory *history, double length, double *inputs) {
-    sample_past(forecast, shape, history, length);
+                    const SlideForecastState *state, double *inputs) {
     for (size_t i = 0; i < shape->n_inputs; ++i) {
+        const double change = best_change(forecast, state, i);
+        const double *now = state->latest + i;
         if (shape->cosine[i]) {
-            turn_on(forecast, shape->n_inputs, i, length, inputs);
+            const double c = cos(change), s = sin(change);
+            inputs[i] = c * now[0] - s * now[1];
+            inputs[i + 1] = s * now[0] + c * now[1];
             ++i;
         } else {
-            move_on(forecast, shape->n_inputs, i, length, inputs);
+            inputs[i] = within(now[0] + change, fmin(now[0], forecast->low[i]),
+                               fmax(now[0], forecast->high[i]));
         }
     }
 }

@@ -1,5 +1,5 @@
-/* The forecast of inputs that move: what they are expected to be at the end of a step, from what
- * they were until its start. slide_fmu/surrogate/input_forecast.py has the same equations. */
+/* The forecast of inputs: what they are expected to be at the end of a step, from what they were
+ * until its start. slide_fmu/surrogate/input_forecast.py has the same equations. */
 #ifndef SLIDE_FORECAST_H
 #define SLIDE_FORECAST_H
 
@@ -14,22 +14,46 @@ typedef struct {
                            in rad, in the place of its cosine */
     double *weights;    /* [n_inputs][n_candidates][n_past], of u(t - i H) - u(t), i >= 1 */
     double *low, *high; /* [n_inputs], the range */
-    double *past;       /* scratch [most n_past + n_scored + 1][n_inputs]: inputs H apart, newest
-                           first */
-    double *channel;    /* scratch [the same], of one input, or the turns of an angle until the
-                           newest */
+    double *past;       /* scratch [n_inputs]: the inputs of a point */
+    double *scores;     /* scratch [n_candidates + 2]: of the held value, the candidates, a cubic */
 } SlideForecast;
+
+/* What changes; part of the flat state block. The points are what the inputs were at times H apart,
+ * until the newest communication point. */
+typedef struct {
+    double *spacing;  /* [1], H in s; 0: no points are there */
+    uint64_t *scored; /* [1], points whose errors were found */
+    double *latest;   /* [n_inputs], the newest point */
+    double *channels; /* [n_inputs][points], newest first, relative to the newest point; of an angle
+                         its turns, in the place of its cosine */
+    double *errors;   /* [n_inputs][n_candidates + 2][n_scored], squared */
+    size_t size;      /* bytes of all */
+} SlideForecastState;
 
 void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
                           SlideArena *arena);
+void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *forecast,
+                                uint32_t n_inputs, SlideArena *arena);
 
-/* The inputs expected a time H (s) after the end of the newest step. The candidate whose forecasts
- * of the last n_scored inputs were the best makes it, if their mean square error is below half of
- * that of the held value; else the value is held. The cubic through the last four inputs makes it
- * where its error is below half of the best one's. Changes are at most the largest one, times H over
- * the sample step, and lead out of no range. An angle turns by its forecast turn, and its length
- * stays. */
+size_t slide_forecast_state_size(const SlideForecast *forecast, uint32_t n_inputs);
+
+/* The newest communication point is the begin of the newest step of the history, whose length is H.
+ * Where the points until the one before it are H apart, it is added to them, else all are read
+ * from the history. */
+void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                        const SlideHistory *history, SlideForecastState *state);
+
+/* Does an input move smoothly from point to point, so that a forecast is better than holding it? Of
+ * an angle by its cosine's place. */
+bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
+                          size_t input);
+
+/* The inputs expected a time H after the newest point. The candidate whose forecasts of the last
+ * n_scored inputs were the best makes it, if their mean square error is below half of that of the
+ * held value; else the value is held. The cubic through the last four inputs makes it where its
+ * error is below half of the best one's. Changes are at most the largest one, times H over the sample
+ * step, and lead out of no range. An angle turns by its forecast turn, and its length stays. */
 void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shape,
-                    const SlideHistory *history, double length, double *inputs);
+                    const SlideForecastState *state, double *inputs);
 
 #endif

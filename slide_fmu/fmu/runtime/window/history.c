@@ -7,24 +7,20 @@ static const double PI = 3.14159265358979323846;
 static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding never decides */
 static const double SLACK = 1e-6; /* in sample steps */
 
-static uint64_t capacity_for(uint32_t n_samples, uint32_t steps_per_sample) {
-    return slide_power_of_two(((uint64_t)steps_per_sample + 1) * ((uint64_t)n_samples + 1));
-}
+enum { N_CURVE = 4 }; /* points of the polynomial between two of them */
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      bool first_order, const bool *cosine) {
-    const uint64_t capacity = capacity_for(n_samples, SLIDE_STEPS_PER_SAMPLE);
-    const double shortest = (first_order ? 2 : 1) * sample_step / SLIDE_STEPS_PER_SAMPLE;
-    return (SlideHistoryShape){n_inputs, capacity,    shortest, SLACK * sample_step,
-                               first_order, cosine};
+                                      uint32_t steps_per_sample, bool first_order,
+                                      const bool *cosine) {
+    const uint64_t capacity = ((uint64_t)steps_per_sample + 1) * ((uint64_t)n_samples + 2);
+    const double shortest = 2 * sample_step / steps_per_sample;
+    const double reach = ((double)n_samples + 2) * sample_step;
+    return (SlideHistoryShape){n_inputs,    capacity, shortest,    SLACK * sample_step,
+                               sample_step, reach,    first_order, cosine};
 }
 
-static size_t bytes_of_step(uint32_t n_inputs) { return (1 + (size_t)n_inputs) * sizeof(double); }
-
-static size_t step_size(const SlideHistoryShape *shape) { return bytes_of_step(shape->n_inputs); }
-
-size_t slide_history_size_with(uint32_t n_inputs, uint32_t n_samples, uint32_t steps_per_sample) {
-    return (size_t)capacity_for(n_samples, steps_per_sample) * bytes_of_step(n_inputs);
+static size_t step_size(const SlideHistoryShape *shape) {
+    return (1 + (size_t)shape->n_inputs) * sizeof(double);
 }
 
 size_t slide_history_steps_size(const SlideHistoryShape *shape) {
@@ -33,94 +29,97 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
 
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
                          SlideArena *arena) {
-    history->count = slide_place(arena, 3, sizeof *history->count);
-    history->before = slide_place(arena, 4, step_size(shape));
+    history->count = slide_place(arena, 1, sizeof *history->count);
+    history->end = slide_place(arena, shape->n_inputs, sizeof *history->end);
+    history->moved = slide_place(arena, (size_t)shape->capacity, shape->n_inputs);
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
 
 static double *step_at(const SlideHistoryShape *shape, const SlideHistory *history,
                        uint64_t index) {
-    return history->steps + (index & (shape->capacity - 1)) * (1 + (size_t)shape->n_inputs);
+    return history->steps + (size_t)(index % shape->capacity) * (1 + (size_t)shape->n_inputs);
 }
 
-/* Is a step joined to the one before it? Held inputs that stay lose nothing by it. */
-static bool is_joined(const SlideHistoryShape *shape, const double *before, double length,
-                      const double *inputs) {
-    if (shape->first_order) {
-        return before[0] + length <= shape->shortest;
+double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history) {
+    return step_at(shape, history, *history->count - 1);
+}
+
+double *slide_history_before(const SlideHistoryShape *shape, const SlideHistory *history) {
+    return step_at(shape, history, *history->count - 2);
+}
+
+static unsigned char *moved_at(const SlideHistoryShape *shape, const SlideHistory *history,
+                               uint64_t index) {
+    return history->moved + (size_t)(index % shape->capacity) * shape->n_inputs;
+}
+
+unsigned char *slide_history_moved(const SlideHistoryShape *shape, const SlideHistory *history,
+                                   uint64_t age) {
+    return moved_at(shape, history, *history->count - 1 - age);
+}
+
+/* Does the newest step go on from the one before as if both were one? Held inputs that stay lose
+ * nothing by it. */
+static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *history) {
+    const uint64_t newest = *history->count - 1;
+    const double *before = step_at(shape, history, newest - 1);
+    const double *step = step_at(shape, history, newest);
+    if (before[0] + step[0] <= shape->shortest) {
+        return true;
     }
-    return before[0] < shape->shortest ||
-           memcmp(before + 1, inputs, shape->n_inputs * sizeof *inputs) == 0;
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        const bool moved = shape->first_order || moved_at(shape, history, newest - 1)[i] ||
+                           moved_at(shape, history, newest)[i];
+        if (moved || before[1 + i] != step[1 + i]) {
+            return false;
+        }
+    }
+    return true;
 }
 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
-                          const double *inputs, bool goes_on) {
-    const uint64_t count = *history->count;
-    double *step = step_at(shape, history, count - 1);
-    if (count > 1 && !goes_on && is_joined(shape, step, length, inputs)) {
-        length += step[0];
-    } else {
-        step = step_at(shape, history, count);
-        *history->count = count + 1;
+                          const double *inputs) {
+    if (*history->count > 2 && is_joined(shape, history)) {
+        const double joined = slide_history_newest(shape, history)[0];
+        *history->count -= 1;
+        slide_history_newest(shape, history)[0] += joined;
     }
+    double *step = step_at(shape, history, *history->count);
     step[0] = length;
     memcpy(step + 1, inputs, shape->n_inputs * sizeof *inputs);
+    memset(moved_at(shape, history, *history->count), 0, shape->n_inputs);
+    *history->count += 1;
 }
 
-/* Of a mark: the newest step before it, and the place after that. */
-static double *before_mark(const SlideHistoryShape *shape, const SlideHistory *history,
-                           SlideMark mark) {
-    return history->before + 2 * (size_t)mark * (1 + (size_t)shape->n_inputs);
-}
-
-void slide_history_begin(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark,
-                         bool whole) {
-    const uint64_t count = history->count[1 + mark] = history->count[0];
-    double *before = before_mark(shape, history, mark);
-    memset(before, 0, 2 * step_size(shape)); /* equal states are equal bytes */
-    if (count > 0) {
-        memcpy(before, step_at(shape, history, count - 1), step_size(shape));
-    }
-    if (whole && count >= shape->capacity) {
-        memcpy(before + 1 + shape->n_inputs, step_at(shape, history, count), step_size(shape));
-    }
-}
-
-void slide_history_go_back(const SlideHistoryShape *shape, SlideHistory *history, SlideMark mark) {
-    const uint64_t count = history->count[0] = history->count[1 + mark];
-    const double *before = before_mark(shape, history, mark);
-    memcpy(step_at(shape, history, count - 1), before, step_size(shape));
-    memcpy(step_at(shape, history, count), before + 1 + shape->n_inputs, step_size(shape));
-}
-
-static size_t offset_of(const SlideHistoryShape *shape, uint64_t index) {
-    return (size_t)(index & (shape->capacity - 1)) * step_size(shape);
+void slide_history_take_back(const SlideHistoryShape *shape, SlideHistory *history) {
+    const double *newest = slide_history_newest(shape, history);
+    memcpy(history->end, newest + 1, shape->n_inputs * sizeof *history->end);
+    *history->count -= 1;
 }
 
 static uint64_t oldest_of(const SlideHistoryShape *shape, uint64_t count) {
     return count > shape->capacity ? count - shape->capacity : 0;
 }
 
-SlideHistorySpan slide_history_all(const SlideHistoryShape *shape, uint64_t count) {
-    return (SlideHistorySpan){oldest_of(shape, count), count};
-}
-
-SlideHistorySpan slide_history_since(const SlideHistoryShape *shape, uint64_t count,
-                                     const void *steps, double time) {
-    const SlideHistorySpan all = slide_history_all(shape, count);
-    SlideHistorySpan span = {count, count};
-    for (double covered = 0, length; covered < time && span.first > all.first; covered += length) {
+SlideHistorySpan slide_history_needed(const SlideHistoryShape *shape, uint64_t count,
+                                      const void *steps) {
+    const uint64_t oldest = oldest_of(shape, count);
+    SlideHistorySpan span = {count - (count > 0), count};
+    for (double covered = 0, length; covered < shape->reach && span.first > oldest;
+         covered += length) {
         span.first -= 1;
-        memcpy(&length, (const unsigned char *)steps + offset_of(shape, span.first),
+        memcpy(&length,
+               (const unsigned char *)steps + (span.first % shape->capacity) * step_size(shape),
                sizeof length);
     }
-    span.first -= span.first > all.first; /* inputs move on from those of the step before */
+    /* a curve looks back at two steps more */
+    span.first = span.first < oldest + N_CURVE - 2 ? oldest : span.first - (N_CURVE - 2);
     return span;
 }
 
 void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, const void *from,
                         void *to) {
-    const size_t first = offset_of(shape, span.first);
+    const size_t first = (size_t)(span.first % shape->capacity) * step_size(shape);
     const size_t size = (size_t)(span.end - span.first) * step_size(shape);
     const size_t to_end = slide_history_steps_size(shape) - first;
     const size_t until_end = size < to_end ? size : to_end;
@@ -130,7 +129,7 @@ void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, c
 
 /* Turned back from its end, which is exact. */
 static void on_arc(const double *from, const double *to, double left, double *director) {
-    double turn = atan2(to[1], to[0]) - atan2(from[1], from[0]);
+    double turn = atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
     turn -= 2 * PI * ceil((turn - LARGEST_TURN) / (2 * PI));
     double length = 1 - left * (1 - hypot(from[0], from[1]) / hypot(to[0], to[1]));
     double c = length * cos(left * turn), s = length * sin(left * turn);
@@ -139,20 +138,22 @@ static void on_arc(const double *from, const double *to, double left, double *di
     director[0] = first;
 }
 
-void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
-                           double left, double *inputs) {
-    for (size_t i = 0; i < shape->n_inputs; ++i) {
-        if (shape->cosine[i]) {
-            on_arc(from + i, to + i, left, inputs + i);
-            ++i;
-        } else {
-            inputs[i] = to[i] - left * (to[i] - from[i]);
-        }
+/* One input, or both of a director: gives how many. */
+static size_t between(const SlideHistoryShape *shape, size_t input, const double *from,
+                      const double *to, double left, double *inputs) {
+    if (shape->cosine[input]) {
+        on_arc(from + input, to + input, left, inputs + input);
+        return 2;
     }
+    inputs[input] = to[input] - left * (to[input] - from[input]);
+    return 1;
 }
 
-const double *slide_history_newest(const SlideHistoryShape *shape, const SlideHistory *history) {
-    return step_at(shape, history, *history->count - 1) + 1;
+void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
+                           double left, double *inputs) {
+    for (size_t i = 0; i < shape->n_inputs;) {
+        i += between(shape, i, from, to, left, inputs);
+    }
 }
 
 static uint64_t oldest(const SlideReader *reader) {
@@ -164,96 +165,199 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
     return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0]};
 }
 
+static const double *step_read(const SlideReader *reader) {
+    return step_at(reader->shape, reader->history, reader->at);
+}
+
+/* The end of the step read last. */
+static double end_of(const SlideReader *reader) { return reader->begin + step_read(reader)[0]; }
+
 /* To the last step that begins at a time or before it, or to the oldest. */
 static void seek(SlideReader *reader, double time) {
     uint64_t newest = *reader->history->count - 1;
     while (reader->begin > time && reader->at > oldest(reader)) {
         reader->at -= 1;
-        reader->begin -= step_at(reader->shape, reader->history, reader->at)[0];
+        reader->begin -= step_read(reader)[0];
     }
-    while (reader->at < newest) {
-        double end = reader->begin + step_at(reader->shape, reader->history, reader->at)[0];
-        if (!(end <= time)) {
-            return;
-        }
+    while (reader->at < newest && end_of(reader) <= time) {
+        reader->begin = end_of(reader);
         reader->at += 1;
-        reader->begin = end;
     }
+}
+
+/* The inputs at the end of a step. */
+static const double *inputs_after(const SlideReader *reader, uint64_t step) {
+    return step + 1 == *reader->history->count
+               ? reader->history->end
+               : step_at(reader->shape, reader->history, step + 1) + 1;
 }
 
 static double within(double value, double low, double high) {
     return value < low ? low : (value > high ? high : value);
 }
 
-/* The inputs before the step read last; of the oldest one, its own. */
-static const double *inputs_before(const SlideReader *reader) {
-    uint64_t before = reader->at > oldest(reader) ? reader->at - 1 : reader->at;
-    return step_at(reader->shape, reader->history, before) + 1;
+static bool has_moved(const SlideReader *reader, uint64_t step, size_t input) {
+    return moved_at(reader->shape, reader->history, step)[input] != SLIDE_HELD;
 }
 
-/* The part of the step read last that is left at a time. */
-static double part_left(const SlideReader *reader, double time) {
-    double length = step_at(reader->shape, reader->history, reader->at)[0];
-    return 1 - within((time - reader->begin) / length, 0, 1);
+/* How an input goes on from some values to others, or the angle of a director. */
+static double change_to(const SlideReader *reader, size_t input, const double *from,
+                        const double *to) {
+    const double *a = from + input, *b = to + input;
+    return reader->shape->cosine[input] ? atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
+                                        : b[0] - a[0];
 }
 
-/* The end of the step read last. */
-static double end_of(const SlideReader *reader) {
-    return reader->begin + step_at(reader->shape, reader->history, reader->at)[0];
+/* How far one input that moves within the step read last is behind the end of the step, at a time in
+ * it: on the polynomial through both its ends and up to two points before, as far as the input moved
+ * between them. */
+static double behind_on_curve(const SlideReader *reader, size_t input, double time) {
+    double times[N_CURVE], values[N_CURVE], sum = 0;
+    const double *last = step_read(reader) + 1;
+    uint64_t step = reader->at;
+    size_t count = 2;
+    times[0] = end_of(reader);
+    times[1] = reader->begin;
+    values[0] = 0;
+    values[1] = change_to(reader, input, last, inputs_after(reader, step));
+    for (; count < N_CURVE && step > oldest(reader) && has_moved(reader, step - 1, input); ++count) {
+        step -= 1;
+        const double *before = step_at(reader->shape, reader->history, step);
+        times[count] = times[count - 1] - before[0];
+        values[count] = values[count - 1] + change_to(reader, input, before + 1, last);
+        last = before + 1;
+    }
+    for (size_t i = 1; i < count; ++i) {
+        double weight = 1;
+        for (size_t j = 0; j < count; ++j) {
+            weight *= j == i ? 1 : (time - times[j]) / (times[i] - times[j]);
+        }
+        sum += weight * values[i];
+    }
+    return sum;
 }
 
-/* What is held where a sample begins; if others follow within it, their mean over time, but for
- * directors, whose mean may have no direction. */
+/* One input, or both of a director, at a time in the step read last, in which it moves. */
+static void on_curve(const SlideReader *reader, size_t input, double time, double *inputs) {
+    const double *end = inputs_after(reader, reader->at) + input;
+    const double behind = behind_on_curve(reader, input, time);
+    if (reader->shape->cosine[input]) {
+        const double c = cos(behind), s = sin(behind), first = end[0];
+        inputs[0] = c * first + s * end[1];
+        inputs[1] = c * end[1] - s * first;
+    } else {
+        inputs[0] = end[0] - behind;
+    }
+}
+
+void slide_history_at(SlideReader *reader, double time, double *inputs) {
+    const SlideHistoryShape *shape = reader->shape;
+    seek(reader, time);
+    const double *begin = step_read(reader) + 1, *end = inputs_after(reader, reader->at);
+    const double past = time - reader->begin, length = step_read(reader)[0];
+    const double left = within(1 - past / length, 0, 1);
+    if (past <= shape->slack) {
+        memcpy(inputs, begin, shape->n_inputs * sizeof *inputs);
+        return;
+    }
+    if (length - past <= shape->slack) {
+        memcpy(inputs, end, shape->n_inputs * sizeof *inputs);
+        return;
+    }
+    for (size_t i = 0; i < shape->n_inputs;) {
+        if (has_moved(reader, reader->at, i)) {
+            on_curve(reader, i, time, inputs + i);
+            i += 1 + shape->cosine[i];
+        } else {
+            i += between(shape, i, begin, end, left, inputs);
+        }
+    }
+}
+
+/* A copy of the reader at a time. */
+static SlideReader sought(const SlideReader *reader, double time) {
+    SlideReader other = *reader;
+    seek(&other, time);
+    return other;
+}
+
+/* What an input is at a time within a sample in all of which it moves. */
+static double moving_at(const SlideReader *reader, size_t input, double time) {
+    const SlideReader other = sought(reader, fmin(time, -reader->shape->slack));
+    double value;
+    on_curve(&other, input, time, &value);
+    return value;
+}
+
+/* How an input goes over a sample. */
+typedef struct {
+    double mean;    /* over time, linear where it moves */
+    bool all_moves; /* does it move in all of the sample? */
+} Course;
+
+static Course course_of(const SlideReader *reader, size_t input, double begin, double end) {
+    const double slack = reader->shape->slack;
+    SlideReader part = sought(reader, begin + slack);
+    Course course = {0, true};
+    for (double from = begin; from < end - slack;) {
+        const bool last = part.at + 1 == *part.history->count;
+        const double to = last ? end : fmin(end_of(&part), end), now = step_read(&part)[1 + input];
+        double value = now;
+        if (has_moved(&part, part.at, input)) {
+            const double left = 1 - (0.5 * (from + to) - part.begin) / step_read(&part)[0];
+            const double after = inputs_after(&part, part.at)[input];
+            value = after - within(left, 0, 1) * (after - now);
+        } else {
+            course.all_moves = false;
+        }
+        course.mean += (to - from) / (end - begin) * value;
+        from = to;
+        if (!last) {
+            part.begin = end_of(&part);
+            part.at += 1;
+        }
+    }
+    return course;
+}
+
+static double sample_of(const SlideReader *reader, size_t input, double begin, double end) {
+    const Course course = course_of(reader, input, begin, end);
+    if (!course.all_moves) {
+        return course.mean;
+    }
+    const double first = moving_at(reader, input, begin);
+    const double middle = moving_at(reader, input, 0.5 * (begin + end));
+    return (8 * middle - first - moving_at(reader, input, end)) / 6;
+}
+
+/* Inputs of which some steps may move. */
 static void sample_held(SlideReader *reader, double begin, double end, double *inputs) {
     const SlideHistoryShape *shape = reader->shape;
-    const uint64_t newest = *reader->history->count - 1;
     seek(reader, begin + shape->slack);
-    memcpy(inputs, step_at(shape, reader->history, reader->at) + 1,
-           shape->n_inputs * sizeof *inputs);
-    while (reader->at < newest && end_of(reader) < end - shape->slack) {
-        const double *before = step_at(shape, reader->history, reader->at) + 1;
-        reader->begin = end_of(reader);
-        reader->at += 1;
-        const double *now = step_at(shape, reader->history, reader->at) + 1;
-        const double part = (end - reader->begin) / (end - begin);
-        for (size_t i = 0; i < shape->n_inputs; ++i) {
-            const bool of_angle = shape->cosine[i] || (i > 0 && shape->cosine[i - 1]);
-            inputs[i] += of_angle ? 0 : part * (now[i] - before[i]);
+    const double *now = step_read(reader) + 1;
+    if (end_of(reader) >= end - shape->slack) { /* one step, mostly held */
+        memcpy(inputs, now, shape->n_inputs * sizeof *inputs);
+    }
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        const bool moves = has_moved(reader, reader->at, i);
+        if (shape->cosine[i]) {
+            const double left = 1 - (0.5 * (begin + end) - reader->begin) / step_read(reader)[0];
+            memcpy(inputs + i, now + i, 2 * sizeof *inputs);
+            if (moves) { /* it has no mean, but a middle */
+                on_arc(now + i, inputs_after(reader, reader->at) + i, within(left, 0, 1),
+                       inputs + i);
+            }
+            ++i;
+        } else if (moves || end_of(reader) < end - shape->slack) {
+            inputs[i] = sample_of(reader, i, begin, end);
         }
     }
 }
 
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs) {
-    const SlideHistoryShape *shape = reader->shape;
-    if (!shape->first_order) {
+    if (reader->shape->first_order) {
+        slide_history_at(reader, end, inputs);
+    } else {
         sample_held(reader, begin, end, inputs);
-        return;
     }
-    seek(reader, end);
-    slide_history_between(shape, inputs_before(reader),
-                          step_at(shape, reader->history, reader->at) + 1, part_left(reader, end),
-                          inputs);
-}
-
-/* Are the inputs of a step others than those of the step before? */
-static bool changed(const SlideHistoryShape *shape, const SlideHistory *history, uint64_t step) {
-    return memcmp(step_at(shape, history, step) + 1, step_at(shape, history, step - 1) + 1,
-                  shape->n_inputs * sizeof(double)) != 0;
-}
-
-double slide_history_since_mixed(const SlideHistoryShape *shape, const SlideHistory *history,
-                                 double sample_step, double n_samples) {
-    double time = 0, samples = 0;
-    const double slack = shape->slack / sample_step;
-    for (uint64_t step = *history->count; step-- > oldest_of(shape, *history->count) + 1;) {
-        time += step_at(shape, history, step)[0];
-        samples = time / sample_step;
-        if (samples >= n_samples) {
-            break;
-        }
-        if (changed(shape, history, step) && fabs(samples - nearbyint(samples)) > slack) {
-            return samples;
-        }
-    }
-    return INFINITY;
 }

@@ -34,27 +34,29 @@ static void place_inputs(SlideModel *model, const SlidePayload *payload, SlideAr
 }
 
 /* How much of the past is kept: samples for the estimator and the error bound, which catch up;
- * steps for all networks, for steps after which all samples are others. */
-static void shape_past(SlideModel *model, const SlidePayload *payload) {
+ * steps for all networks, for a phase of time that they come to for the first time. */
+static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample) {
     const SlideEstimator *estimator = &model->estimator;
     const uint64_t estimated = estimator->positions > 0 ? estimator->memory_length : 1;
     const uint64_t lengths[] = {payload->n_in, estimated, model->bound.memory_length};
-    const uint32_t n_forecast = payload->first_order ? payload->n_in : 0;
     uint64_t longest = 0;
     for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; ++i) {
         longest = lengths[i] > longest ? lengths[i] : longest;
     }
     model->memory_length = (uint32_t)longest + SLIDE_BEFORE;
-    model->n_redone = model->memory_length + n_forecast;
-    /* Both are evaluated up to where a forecast begins, too, when that is behind. */
-    const bool catch_up = estimator->positions > 0 || model->bound.memory_length > 0;
-    const uint64_t n_kept = catch_up ? model->n_redone : model->memory_length;
-    model->samples = (SlideSamplesShape){payload->n_inputs, slide_power_of_two(n_kept)};
-    model->history = slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
-                                         payload->first_order, model->cosine);
+    model->n_redone = model->memory_length + payload->n_in;
+    model->n_phases =
+        steps_per_sample < SLIDE_MOST_PHASES ? steps_per_sample : SLIDE_MOST_PHASES;
+    /* one that fails may have taken in as many again */
+    model->samples = (SlideSamplesShape){payload->n_inputs,
+                                         slide_power_of_two(model->n_redone + payload->n_in)};
+    model->history =
+        slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
+                            steps_per_sample, payload->first_order, model->cosine);
 }
 
-void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena) {
+void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,
+                       SlideArena *arena) {
     model->kernel = slide_kernel(0);
     model->step = payload->step;
     model->n_inputs = payload->n_inputs;
@@ -69,14 +71,18 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideAren
     slide_parameters_place(&model->parameters, &payload->parameters, arena);
     slide_estimator_place(&model->estimator, payload, arena);
     slide_bound_place(&model->bound, payload, arena);
-    slide_bound_place_plain(&model->plain_bound, &model->bound, payload, arena);
-    shape_past(model, payload);
+    shape_past(model, payload, steps_per_sample);
     slide_forecast_place(&model->forecast, payload, arena);
     model->at_step_end = payload->forecast.at_step_end;
     place_output_ranges(model, payload, arena);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->undo.end = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->undo.moved = slide_place(arena, payload->n_inputs, 1);
+    model->undo.forecast = slide_place(arena, payload->n_outputs, sizeof(double));
+    model->undo.seen = slide_place(arena, 1, sizeof *model->undo.seen);
+    model->undo.count = slide_place(arena, 2, sizeof *model->undo.count);
     model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
+    model->given = slide_place(arena, payload->n_outputs, sizeof(float));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
-    model->predicted = slide_place(arena, payload->n_outputs, sizeof(float));
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

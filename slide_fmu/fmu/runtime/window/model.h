@@ -8,9 +8,37 @@
 #include "history.h"
 #include "network.h"
 
+/* So many communication steps are told apart in each sample of the past, and as many phases of time,
+ * but at most SLIDE_MOST_PHASES. Scalar sources may be compiled with
+ * fewer, at least 2, to need less memory. */
+#if !defined(SLIDE_STEPS_PER_SAMPLE)
+#define SLIDE_STEPS_PER_SAMPLE 32
+#endif
+enum { SLIDE_MOST_PHASES = 10 };
+
+/* Of what networks have seen in a phase of time (seen.h); the arrays follow it in the state. */
+typedef struct SlideSeenHead {
+    double end;       /* s of the inner time, the end of the newest sample */
+    double since;     /* samples since the parameters changed; infinite: all have the present ones */
+    uint64_t used;    /* number of the communication step that needed it last; 0: it is empty */
+    uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
+    uint64_t strayed_known; /* the same before the open samples */
+    uint64_t n_open;  /* newest samples that end after the last communication point: what they hold
+                         is not all known yet, so they are taken back */
+} SlideSeenHead;
+
 typedef struct {
     double offset, scale, factor; /* factor: 1 / scale */
 } SlideScaling;
+
+/* What was before a step, as far as it cannot be found again. */
+typedef struct {
+    double *end;              /* [n_inputs], SlideHistory.end */
+    unsigned char *moved;     /* [n_inputs], of the newest step of the history */
+    double *forecast;         /* [n_outputs], SlideAhead.forecast */
+    struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
+    uint64_t *count;            /* [2], its samples, and its place */
+} SlideUndo;
 
 typedef struct {
     double step; /* s */
@@ -18,32 +46,35 @@ typedef struct {
     uint32_t n_in;      /* samples of the window */
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
-    uint32_t n_redone;      /* samples with which the last step can be done again; first-order
-                               hold: with the one before it, whose true end may come with it */
+    uint32_t n_redone;      /* samples that a step may take in, and those that results depend on
+                               before these */
+    uint32_t n_phases;      /* phases of time of which it is kept what networks have seen */
     SlideScaling *input_scaling, *output_scaling;
     double *starts; /* [n_inputs], physical: inputs before the first is set */
     SlideNetwork predictor;
     SlideParameters parameters; /* that its weights follow */
     SlideEstimator estimator;
     SlideBound bound;
-    SlideBound plain_bound; /* the one in the plain call; only numbers and head may be others */
     SlideSamplesShape samples;
     SlideHistoryShape history;
     SlideForecast forecast;
-    bool at_step_end; /* start value of SlideHead.at_step_end */
+    bool at_step_end; /* start value of SlideHead.known, of inputs that move */
     bool has_output_ranges;
     double *output_ranges; /* [n_outputs][low, high] in the training, physical */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
+    SlideUndo undo;    /* scratch: what a step that fails takes back */
     double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
-    double *candidate; /* scratch [n_outputs]: a result before it is accepted */
-    float *predicted;  /* scratch [n_outputs]: the same as the network gave it, scaled */
+    float *given;      /* scratch [n_outputs]: what a network gave before, scaled */
+    double *candidate; /* scratch [n_outputs]: interpolated outputs, scaled */
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;
 
-/* Place a checked payload in the arena. While the arena measures, the model is not usable. */
-void slide_model_place(SlideModel *model, const SlidePayload *payload, SlideArena *arena);
+/* Place a checked payload in the arena. While the arena measures, the model is not usable.
+ * steps_per_sample: as SLIDE_STEPS_PER_SAMPLE. */
+void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,
+                       SlideArena *arena);
 
 /* Form the predictor's weights for values [parameters.count], if they are those of others. */
 static inline void slide_model_form(const SlideModel *model, const double *values) {

@@ -1,92 +1,171 @@
 #include "seen.h"
 
+#include "ranges.h"
+
+#include <math.h>
 #include <string.h>
 
-static ptrdiff_t place_of(const SlideState *state, const void *part) {
-    return (const unsigned char *)part - (const unsigned char *)state->strayed;
-}
-
-const void *slide_seen_part(const SlideState *state, const void *copy, const void *part) {
-    return (const unsigned char *)copy + place_of(state, part);
-}
-
-void slide_seen_copy_all(const SlideState *state, const void *from, void *to) {
-    memcpy(to, from, state->seen_size);
-}
-
-static void copy_part(const SlideState *state, const SlideSeenCopy *copy, const void *part,
-                      size_t size) {
-    const ptrdiff_t place = place_of(state, part);
-    memcpy((unsigned char *)copy->to + place, (const unsigned char *)copy->from + place, size);
-}
-
-static void copy_between(const SlideState *state, const SlideSeenCopy *copy, const void *begin,
-                         const void *end) {
-    copy_part(state, copy, begin, (size_t)(place_of(state, end) - place_of(state, begin)));
-}
-
-/* What comes after the predictor's state. */
-static const void *after_predictor(const SlideModel *model, const SlideState *state) {
-    if (model->estimator.positions > 0) {
-        return state->estimate.known;
+void slide_seen_place(SlideSeen *seen, const SlideModel *model, SlideArena *arena) {
+    const SlideNetwork *predictor = &model->predictor;
+    seen->head = slide_place(arena, 1, sizeof *seen->head);
+    slide_samples_place(&seen->samples, &model->samples, arena);
+    predictor->family->place_state(&seen->predictor, predictor, arena);
+    if (slide_is_recurrent(predictor->family)) {
+        predictor->family->place_before(&seen->known, predictor, arena);
     }
-    return model->bound.memory_length > 0
-               ? (const void *)state->bound.predicted
-               : (const unsigned char *)state->strayed + state->seen_size;
+    seen->given = slide_place(arena, model->n_outputs, sizeof *seen->given);
+    slide_estimate_place(&seen->estimate, &model->estimator, arena);
+    slide_bound_place_state(&seen->bound, &model->bound, arena);
 }
 
-/* Places to copy, of all: later samples take the places of earlier ones again. So the counters of a
- * damaged state cost no more than a copy of all. */
-static uint64_t n_places(const SlideSeenCopy *copy, uint64_t all) {
-    const uint64_t count = copy->end - copy->first;
-    return count < all ? count : all;
+size_t slide_seen_size(const SlideModel *model) {
+    SlideArena arena = {NULL, 0};
+    SlideSeen measured;
+    slide_seen_place(&measured, model, &arena);
+    return arena.used;
 }
 
-void slide_seen_copy_samples(const SlideModel *model, const SlideState *state,
-                             const SlideSeenCopy *copy) {
-    const SlideSamplesShape *shape = &model->samples;
-    const double *ring = state->samples.ring;
-    const size_t row = shape->n_inputs;
-    copy_between(state, copy, state->strayed, ring);
-    for (uint64_t left = n_places(copy, shape->capacity); left > 0; --left) {
-        const size_t place = slide_samples_place_of(shape, copy->first + left - 1);
-        copy_part(state, copy, ring + place * row, row * sizeof *ring);
-        if (place < SLIDE_BEFORE) {
-            copy_part(state, copy, ring + (shape->capacity + place) * row, row * sizeof *ring);
+void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *to) {
+    memcpy(to->head, from->head, slide_seen_size(model));
+}
+
+/* A sample that is out of range leaves its number, once it is counted. */
+static void append(const SlideModel *model, SlideSeen *seen, const double *sample) {
+    slide_samples_append(&model->samples, &seen->samples, sample);
+    seen->head->since += 1;
+    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
+        seen->head->strayed = *seen->samples.count;
+    }
+}
+
+/* What the predictor gave after a sample, for the bound; nothing, before it has seen all that this
+ * depends on. */
+static void remember(const SlideModel *model, SlideSeen *seen, uint64_t sample, bool given) {
+    if (model->bound.memory_length > 0) {
+        const bool whole =
+            given && *seen->predictor.cells.taken >= model->predictor.memory_length;
+        slide_bound_remember(&model->bound, &seen->bound, sample, whole ? seen->given : NULL);
+    }
+}
+
+void slide_seen_restart(const SlideModel *model, SlideSeen *seen, const double *sample) {
+    *seen->head = (SlideSeenHead){.since = INFINITY};
+    slide_samples_fill(&model->samples, &seen->samples, sample);
+    slide_network_restart(&model->predictor, &seen->predictor, sample,
+                          slide_seen_newest(model, seen));
+    slide_estimate_restart(&model->estimator, &seen->estimate);
+    slide_bound_restart(&model->bound, &seen->bound);
+    remember(model, seen, *seen->samples.count - 1, false);
+    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
+        seen->head->strayed = *seen->samples.count;
+    }
+}
+
+/* The values that the network gives after the sample that it has seen. */
+static bool evaluate(const SlideModel *model, SlideSeen *seen, uint64_t sample) {
+    const SlideNetwork *network = &model->predictor;
+    const float *values =
+        network->family->evaluate(network, model->kernel, &seen->predictor, sample);
+    bool finite = true;
+    for (size_t i = 0; i < model->n_outputs; ++i) {
+        seen->given[i] = values[i];
+        finite = finite && isfinite(values[i]);
+    }
+    return finite;
+}
+
+/* The predictor goes on by a sample of this number. */
+static bool advance(const SlideModel *model, SlideSeen *seen, const double *sample,
+                    uint64_t number, bool wanted) {
+    const SlideFamily *family = model->predictor.family;
+    const bool evaluated = wanted || slide_is_recurrent(family);
+    if (!slide_network_see(&model->predictor, &seen->predictor, number, sample,
+                           slide_seen_newest(model, seen)) ||
+        (evaluated && !evaluate(model, seen, number))) {
+        return false;
+    }
+    family->accept(&model->predictor, &seen->predictor);
+    return true;
+}
+
+bool slide_seen_take(const SlideModel *model, SlideSeen *seen, const double *sample,
+                     bool wanted) {
+    const uint64_t number = *seen->samples.count;
+    if (!advance(model, seen, sample, number, wanted)) {
+        return false;
+    }
+    remember(model, seen, number, true);
+    append(model, seen, sample);
+    return true;
+}
+
+void slide_seen_pass(const SlideModel *model, SlideSeen *seen, const double *sample) {
+    remember(model, seen, *seen->samples.count, false);
+    append(model, seen, sample);
+}
+
+bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, const double *sample,
+                       uint64_t less) {
+    const uint64_t number = *seen->samples.count;
+    for (uint64_t left = model->predictor.n_settling - less; left > 0; --left) {
+        if (!advance(model, seen, sample, number, left == 1)) {
+            return false;
         }
     }
-    copy_between(state, copy, ring + (shape->capacity + SLIDE_BEFORE) * row,
-                 after_predictor(model, state));
+    remember(model, seen, number - 1, true);
+    return true;
 }
 
-void slide_seen_copy_predicted(const SlideModel *model, const SlideState *state,
-                               const SlideSeenCopy *copy) {
-    const SlideBound *bound = &model->bound;
-    if (bound->memory_length == 0) {
-        return;
+void slide_seen_open(const SlideModel *model, SlideSeen *seen) {
+    const SlideNetwork *network = &model->predictor;
+    if (slide_is_recurrent(network->family)) {
+        network->family->keep(network, &seen->predictor, &seen->known);
     }
-    for (uint64_t left = n_places(copy, bound->n_predicted); left > 0; --left) {
-        const uint64_t sample = copy->first + left - 1;
-        const float *values = slide_bound_predicted(bound, &state->bound, sample);
-        copy_part(state, copy, values, bound->n_outputs * sizeof *values);
+    seen->head->strayed_known = seen->head->strayed;
+    seen->head->n_open = 0;
+}
+
+/* Layers remember one sample more than they look at. So many of the newest slots have samples that
+ * are taken back: in their place they see what was there. */
+static void see_again(const SlideModel *model, SlideSeen *seen, uint64_t n_lost) {
+    const SlideNetwork *network = &model->predictor;
+    const uint64_t n_slots = (uint64_t)network->n_samples + 1, count = *seen->samples.count;
+    for (uint64_t i = 0; i < n_lost && i < n_slots; ++i) {
+        const uint64_t number = count - n_slots + i;
+        const double *sample = slide_samples_at(&model->samples, &seen->samples, number);
+        slide_network_see(network, &seen->predictor, number, sample, sample + model->n_inputs);
     }
 }
 
-/* A number that counts what is found. */
-static bool differs(const SlideState *state, const SlideSeenCopy *copy, const uint64_t *number) {
-    return memcmp(slide_seen_part(state, copy->from, number),
-                  slide_seen_part(state, copy->to, number), sizeof *number) != 0;
+static void forget(const SlideModel *model, SlideSeen *seen, const SlideNetworkState *known,
+                   uint64_t n_lost) {
+    const SlideNetwork *network = &model->predictor;
+    if (slide_is_recurrent(network->family)) {
+        network->family->keep(network, known, &seen->predictor);
+    } else {
+        see_again(model, seen, n_lost);
+    }
 }
 
-void slide_seen_copy_found(const SlideModel *model, const SlideState *state,
-                           const SlideSeenCopy *copy) {
-    const SlideEstimate *estimate = &state->estimate;
-    const SlideBoundState *bound = &state->bound;
-    if (model->estimator.positions > 0 && differs(state, copy, estimate->known)) {
-        copy_part(state, copy, estimate->known, estimate->evaluated);
-    }
-    if (model->bound.memory_length > 0 &&
-        (differs(state, copy, bound->known) || differs(state, copy, bound->concluded))) {
-        copy_part(state, copy, bound->known, bound->evaluated);
-    }
+/* The head, without its open samples. */
+static void close_head(const SlideModel *model, SlideSeenHead *head) {
+    head->end -= (double)head->n_open * model->step;
+    head->since = fmax(head->since - (double)head->n_open, 0);
+    head->strayed = head->strayed_known;
+    head->n_open = 0;
+}
+
+void slide_seen_take_back(const SlideModel *model, SlideSeen *seen) {
+    const uint64_t n_open = seen->head->n_open;
+    *seen->samples.count -= n_open;
+    close_head(model, seen->head);
+    forget(model, seen, &seen->known, n_open > 1 ? n_open : 0);
+}
+
+void slide_seen_restore(const SlideModel *model, SlideSeen *seen, const SlideSeenHead *head,
+                        uint64_t count, const SlideNetworkState *known) {
+    *seen->samples.count = count - head->n_open;
+    *seen->head = *head;
+    close_head(model, seen->head);
+    forget(model, seen, known, UINT64_MAX);
 }

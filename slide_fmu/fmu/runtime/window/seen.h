@@ -1,33 +1,65 @@
-/* What networks have seen, and copies of it: as it was before a forecast, or before a step. A step
- * changes few of the samples that are kept, so a copy need not be of all of them. */
+/* What networks have seen of the inputs: samples one sample step apart. Where communication steps
+ * are shorter, each phase of time has its own: the next sample after one of them comes a sample
+ * step later, and the steps in between go on with others. */
 #ifndef SLIDE_SEEN_H
 #define SLIDE_SEEN_H
 
-#include "state.h"
+#include "model.h"
 
-/* From one place to another, each of state->seen_size bytes. Both hold the same but for the samples
- * of these numbers, [first, end), and what follows from them. */
 typedef struct {
-    const void *from;
-    void *to;
-    uint64_t first, end;
-} SlideSeenCopy;
+    SlideSeenHead *head;
+    SlideSamples samples;
+    SlideNetworkState predictor;
+    SlideNetworkState known; /* of recurrent networks: as it was before the open samples */
+    float *given; /* [n_outputs], what the predictor gave after the newest sample, scaled */
+    SlideEstimate estimate; /* this and the bound: at most until the open samples */
+    SlideBoundState bound;
+} SlideSeen;
 
-void slide_seen_copy_all(const SlideState *state, const void *from, void *to);
+void slide_seen_place(SlideSeen *seen, const SlideModel *model, SlideArena *arena);
 
-/* The samples, their count, and the predictor's state after them. */
-void slide_seen_copy_samples(const SlideModel *model, const SlideState *state,
-                             const SlideSeenCopy *copy);
+/* Bytes from the head to the end. */
+size_t slide_seen_size(const SlideModel *model);
 
-/* What the predictor gave after these samples, which the error bound needs. */
-void slide_seen_copy_predicted(const SlideModel *model, const SlideState *state,
-                               const SlideSeenCopy *copy);
+/* One becomes what another one is. */
+void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *to);
 
-/* What the estimator and the bound found, where one place knows more of it than the other. */
-void slide_seen_copy_found(const SlideModel *model, const SlideState *state,
-                           const SlideSeenCopy *copy);
+/* Forget all samples; this one, scaled [n_inputs], counts for all. */
+void slide_seen_restart(const SlideModel *model, SlideSeen *seen, const double *sample);
 
-/* Where a part of what networks have seen lies in a copy. */
-const void *slide_seen_part(const SlideState *state, const void *copy, const void *part);
+/* The predictor goes on by a sample, or does not look at it. Layers are evaluated only where their
+ * values are wanted, in seen->given. False when a result is not finite. */
+bool slide_seen_take(const SlideModel *model, SlideSeen *seen, const double *sample,
+                     bool wanted);
+void slide_seen_pass(const SlideModel *model, SlideSeen *seen, const double *sample);
+
+/* The predictor looks at the sample taken in last until it has forgotten all else; so many times less. */
+bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, const double *sample,
+                       uint64_t less);
+
+/* From here on samples are open. */
+void slide_seen_open(const SlideModel *model, SlideSeen *seen);
+
+/* The open samples are taken back. */
+void slide_seen_take_back(const SlideModel *model, SlideSeen *seen);
+
+/* Back to how it was when it had this head and so many samples, and this state of a recurrent
+ * predictor before the open ones: without these. */
+void slide_seen_restore(const SlideModel *model, SlideSeen *seen, const SlideSeenHead *head,
+                        uint64_t count, const SlideNetworkState *known);
+
+/* The end of the newest sample that is not open. */
+static inline double slide_seen_known_end(const SlideModel *model, const SlideSeen *seen) {
+    return seen->head->end - (double)seen->head->n_open * model->step;
+}
+
+/* Samples that are not open. */
+static inline uint64_t slide_seen_n_known(const SlideSeen *seen) {
+    return *seen->samples.count - seen->head->n_open;
+}
+
+static inline const double *slide_seen_newest(const SlideModel *model, const SlideSeen *seen) {
+    return slide_samples_at(&model->samples, &seen->samples, *seen->samples.count - 1);
+}
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "clock.h"
 #include "model.h"
+#include "seen.h"
 
 /* What is known of the inputs before the start; the values of the parameter prehistory_known. */
 typedef enum {
@@ -14,22 +15,24 @@ typedef enum {
 
 /* Fixed-size head of the state; the arrays follow it in the same block. */
 typedef struct {
-    SlideClock clock;
-    double filled;    /* samples of the inputs that were set in this run; whole unless steps were
-                         no multiples of h */
-    double given;     /* of these, how many came since a step was last no multiple of h, or, where
-                         inputs are forecast, had another length than h */
+    SlideClock clock; /* the importer's time */
+    SlideClock inner; /* the same from 0 on, in steps that the importer means */
+    uint64_t n_steps; /* communication steps so far */
     double prehistory;  /* SlidePrehistory, a variable */
-    double at_step_end; /* a variable, 0 or 1: are inputs that move set to what they reach by the
-                           step's end? Else they are set to what they are at its start, and a
-                           forecast tells the rest */
+    double known; /* a variable, 0 or 1: is what is set all that the inputs do in a step? Those that
+                     move are then set to what they reach by its end, others are held. Else they are
+                     set to what they are at its start, and a forecast tells the rest */
     double last_length; /* s, of the last step; 0 before the first */
-    double reached_length; /* s, of the step whose end the inputs set last are, where they are not
-                              those of the step's end */
-    double aside;       /* samples since the end of what SlideState.aside has seen; 0: nothing */
-    double aside_since; /* what SlideState.since was there */
-    double resumed;     /* samples that the last step took in, if it went on from there; or 0 */
+    double length_before; /* s, of the step before it; 0 before the second */
     double confidence;  /* of error bounds, a variable */
+    uint64_t n_phases;  /* phases that steps of the last length come through; 0: too many, so that
+                           outputs are interpolated */
+    uint64_t concluded; /* number of the step whose bound SlideState.ahead has; or 0 */
+    uint64_t estimated; /* the same of its estimate */
+    uint64_t now;       /* place of SlideState.seen behind the outputs */
+    uint64_t before;    /* place in SlideState.before.predictor */
+    uint64_t n_since;   /* samples that this took in since what SlideState.before has; 0: all are
+                           others */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
     uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or
@@ -37,50 +40,43 @@ typedef struct {
     uint32_t moved;     /* those of the last step had */
 } SlideHead;
 
-/* What the last step began with; where inputs are not those of the step's end, what the one before
- * it began with, whose true end came with this one. By it and by the history of before,
- * derivatives do it again. */
+/* What the last step began with: by it and by the history, derivatives do it again. */
 typedef struct {
-    double *given, *rates;  /* [n_inputs], the inputs as they were set; of a step whose inputs
-                               moved, their derivatives */
-    double *samples; /* [SLIDE_BEFORE][n_inputs], the last ones before it, scaled, newest first */
-    bool *told; /* [n_inputs], of such a step: whose derivatives take the place of a forecast */
-    SlideNetworkState predictor; /* of recurrent networks */
+    double *rates; /* [n_inputs], of a step whose inputs moved, their derivatives */
+    bool *told;    /* [n_inputs], of such a step: whose derivatives tell how they go on */
+    SlideNetworkState predictor[2]; /* of recurrent networks, before head->n_since samples, in place
+                                       head->before; in the other one that of the step before */
 } SlideBeforeStep;
+
+/* What follows after the open samples, as far as it was found; of the sample after them. */
+typedef struct {
+    SlideEstimate estimate;
+    SlideBoundState bound;
+    double *forecast; /* [n_outputs], mean squares of what forecasts of the inputs changed in the
+                         outputs lately, relative to their scales */
+} SlideAhead;
 
 /* All that changes lies in one flat block, which slide_state_copy saves and restores. */
 typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
     double *rates;   /* [n_inputs], 1/s, derivatives of the inputs, of the next step only */
-    bool *told;      /* [n_inputs], which of them take the place of a forecast */
+    bool *told;      /* [n_inputs], which of them count */
     double *initial; /* [n_inputs], before the start, where they are known */
     double *outputs; /* [n_outputs] */
-    double *goal;    /* [n_inputs], the forecast for the end of the last step */
     double *parameters; /* [model->parameters.count], as set last */
     double *acting;     /* [model->parameters.count], those behind the outputs */
-    double *since;      /* [1 where there are parameters], samples since they changed */
     double *tolerances; /* [model->bound.n_outputs], of error bounds that are trusted, in the
                            outputs' units, as set last */
-    uint64_t *strayed; /* number of the sample after the newest one that was out of range; or 0 */
-    uint64_t *restarts; /* how often all samples were taken in anew */
-    SlideSamples samples;
-    SlideNetworkState predictor;
-    SlideEstimate estimate;
-    SlideBoundState bound;
     SlideBeforeStep before;
-    SlideHistory history;
+    SlideForecastState forecast;
+    SlideAhead ahead;
     double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
-    void *aside;         /* what networks have seen, of another time. Where inputs are set to what
-                            they are at the start of a step: as it was before what is only
-                            forecast. Else as it was before a step that was no whole number of
-                            samples: the step that ends a whole number of samples later goes on
-                            from there */
+    SlideSeen seen[SLIDE_MOST_PHASES + 1]; /* [n_phases], and one more: what was before the first
+                                              step, while all phases may begin with it */
+    SlideHistory history;
     size_t size;         /* bytes of the block, which starts at head */
-    size_t seen_size;    /* bytes of what networks have seen: from strayed to bound */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
-    void *backup;        /* room for these, and for what is aside, to undo a step; not part of the
-                            block */
 } SlideState;
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena);
@@ -89,13 +85,24 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
 void slide_state_reset(const SlideModel *model, SlideState *state);
 
 /* From one block of a state, or a copy of it at any alignment, to another, which then gives the
- * same results. Of the history, only the steps that these depend on: its room is mostly for many
- * short steps that were never taken. */
+ * same results. Of the history, only the steps that are there: its room is mostly for many short
+ * steps that were never taken. */
 void slide_state_copy(const SlideModel *model, const SlideState *state, const void *from, void *to);
 
 /* No communication step yet? */
 static inline bool slide_stream_fresh(const SlideState *state) {
-    return *state->history.count == 0;
+    return state->head->n_steps == 0;
+}
+
+/* Was there one step so far, whose inputs count for all before it? */
+static inline bool slide_stream_first_held(const SlideState *state) {
+    return state->head->n_steps == 1 && state->head->prehistory == SLIDE_FIRST_HELD;
+}
+
+/* What networks have seen for the outputs of now; and that of the time before the first step. */
+static inline SlideSeen *slide_now(SlideState *state) { return &state->seen[state->head->now]; }
+static inline SlideSeen *slide_start(const SlideModel *model, SlideState *state) {
+    return &state->seen[model->n_phases];
 }
 
 /* The inputs until now: of the last step, or before the first one. */
@@ -103,13 +110,7 @@ const double *slide_stream_reached(const SlideModel *model, const SlideState *st
 
 /* Are inputs set to what they are at the start of a step? */
 static inline bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
-    return model->history.first_order && state->head->at_step_end == 0;
-}
-
-/* The bound that judges this call. */
-static inline const SlideBound *slide_stream_judge(const SlideModel *model,
-                                                   const SlideState *state) {
-    return slide_stream_forecasts(model, state) ? &model->plain_bound : &model->bound;
+    return model->history.first_order && state->head->known == 0;
 }
 
 /* The inputs until the first step, before it. */

@@ -1,353 +1,365 @@
-#include "forecast_step.h"
+#include "stream.h"
 
-#include "aside.h"
-#include "ranges.h"
+#include "between.h"
+#include "phases.h"
+#include "sampling.h"
+
+#include "moving.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The outputs that the network gives after the sample that it has seen. */
-static bool predict(const SlideModel *model, const SlideState *state, uint64_t sample) {
-    bool finite = true;
-    const float *values = model->predictor.family->evaluate(&model->predictor, model->kernel,
-                                                            &state->predictor, sample);
+/* The results of what networks have seen, in physical units. */
+static void give(const SlideModel *model, SlideState *state) {
+    const SlideSeen *seen = slide_now(state);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
-        model->predicted[i] = values[i];
-        model->candidate[i] = values[i] * scaling->scale + scaling->offset;
-        finite = finite && isfinite(model->candidate[i]);
+        state->outputs[i] = seen->given[i] * scaling->scale + scaling->offset;
     }
-    return finite;
-}
-
-static const double *newest_sample(const SlideModel *model, const SlideState *state) {
-    return slide_samples_at(&model->samples, &state->samples, *state->samples.count - 1);
-}
-
-/* The predictor looks at the next sample. */
-static bool see(const SlideModel *model, SlideState *state, const double *sample) {
-    return slide_network_see(&model->predictor, &state->predictor, *state->samples.count, sample,
-                             newest_sample(model, state));
-}
-
-/* The predictor goes on by a sample. Layers are evaluated at the last one of a step only. */
-static bool advance(const SlideModel *model, SlideState *state, const double *sample, bool last) {
-    const bool evaluated = last || slide_is_recurrent(model->predictor.family);
-    const uint64_t number = *state->samples.count;
-    if (!see(model, state, sample) || (evaluated && !predict(model, state, number))) {
-        return false;
-    }
-    if (evaluated) {
-        model->predictor.family->accept(&model->predictor, &state->predictor);
-    }
-    return true;
-}
-
-/* A sample that is out of range leaves its number, once it is counted. */
-static void watch_range(const SlideModel *model, SlideState *state, const double *sample) {
-    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
-        *state->strayed = *state->samples.count;
-    }
-}
-
-/* The values that the predictor gave after a sample, once it has seen all that they depend on; only
- * with an error bound. */
-static const float *predicted(const SlideModel *model, const SlideState *state) {
-    const uint64_t seen = *state->predictor.cells.taken;
-    return seen >= model->predictor.memory_length ? model->predicted : NULL;
-}
-
-static void remember_predicted(const SlideModel *model, SlideState *state, uint64_t sample,
-                               bool given) {
-    if (model->bound.memory_length > 0) {
-        slide_bound_remember(&model->bound, &state->bound, sample,
-                             given ? predicted(model, state) : NULL);
-    }
-}
-
-static void append_sample(const SlideModel *model, SlideState *state, const double *sample) {
-    slide_samples_append(&model->samples, &state->samples, sample);
-    watch_range(model, state, sample);
-}
-
-/* given: did the predictor see the sample? */
-static void remember(const SlideModel *model, SlideState *state, const double *sample,
-                     bool given) {
-    remember_predicted(model, state, *state->samples.count, given);
-    append_sample(model, state, sample);
-}
-
-/* Keep what derivatives need of the state before what the inputs that were set change. */
-void slide_step_keep(const SlideModel *model, SlideState *state) {
-    const SlideNetwork *network = &model->predictor;
-    const size_t row = model->n_inputs * sizeof(double);
-    if (slide_is_recurrent(network->family)) {
-        network->family->keep(network, &state->predictor, &state->before.predictor);
-    }
-    memcpy(state->before.given, state->inputs, row);
-    memcpy(state->before.samples, newest_sample(model, state), SLIDE_BEFORE * row);
-    slide_history_begin(&model->history, &state->history, SLIDE_MARK_STEP,
-                        slide_stream_forecasts(model, state));
-}
-
-/* A step begins. The derivatives of the inputs count for this step only. */
-void slide_step_begin(const SlideModel *model, SlideState *state, double length) {
-    const size_t row = model->n_inputs * sizeof(double);
-    state->head->last_length = length;
-    state->head->moved = state->head->moving;
-    if (state->head->moving) {
-        memcpy(state->before.rates, state->rates, row);
-        memcpy(state->before.told, state->told, model->n_inputs * sizeof *state->told);
-        memset(state->rates, 0, row);
-        memset(state->told, 0, model->n_inputs * sizeof *state->told);
-        state->head->moving = 0;
-    }
-}
-
-static bool take(const SlideModel *model, SlideState *state, const double *sample, bool last) {
-    bool good = advance(model, state, sample, last);
-    if (good) {
-        remember(model, state, sample, true);
-    }
-    return good;
-}
-
-/* A sample that was forecast is known now. What the importer was given after it stays what the
- * predictor gave, where the bound judges that. */
-static bool take_again(const SlideModel *model, SlideState *state, const double *sample) {
-    if (!model->bound.judges_given) {
-        return take(model, state, sample, false);
-    }
-    bool good = advance(model, state, sample, false);
-    if (good) {
-        append_sample(model, state, sample);
-    }
-    return good;
+    state->head->current = 1;
 }
 
 /* The parameters that are set are those behind the outputs. */
 static void accept_parameters(const SlideModel *model, SlideState *state) {
     const size_t row = model->parameters.count * sizeof(double);
-    if (row > 0 && memcmp(state->acting, state->parameters, row) != 0) {
-        memcpy(state->acting, state->parameters, row);
-        *state->since = 0;
+    slide_model_form(model, state->parameters);
+    if (row == 0 || memcmp(state->acting, state->parameters, row) == 0) {
+        return;
     }
+    memcpy(state->acting, state->parameters, row);
+    for (size_t phase = 0; phase <= model->n_phases; ++phase) {
+        state->seen[phase].head->since = 0;
+    }
+    slide_start(model, state)->head->used = 0; /* it knows former ones only */
 }
 
-void slide_step_accept(const SlideModel *model, SlideState *state) {
-    accept_parameters(model, state);
-    memcpy(state->outputs, model->candidate, model->n_outputs * sizeof(double));
-    state->head->current = 1;
-}
-
-/* Forget all samples; this one counts for all. */
-static void restart(const SlideModel *model, SlideState *state, const double *sample) {
-    slide_samples_fill(&model->samples, &state->samples, sample);
-    slide_network_restart(&model->predictor, &state->predictor, sample,
-                          newest_sample(model, state));
-    slide_estimate_restart(&model->estimator, &state->estimate);
-    slide_bound_restart(&model->bound, &state->bound);
-    remember_predicted(model, state, *state->samples.count - 1, false);
-    *state->restarts += 1;
-    *state->strayed = 0;
-    watch_range(model, state, sample);
-}
-
-/* The predictor goes on by what is taken in; it sees its own part of what is taken in anew. */
-bool slide_step_take(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
-    for (uint32_t left = intake->count; left-- > 0;) {
-        const double *sample = model->taken + left * model->n_inputs;
-        if (intake->anew && left == intake->count - 1) {
-            restart(model, state, sample);
+/* What was before the first step, and the sample that the inputs that were set are: an open one, where
+ * it is not known when the next comes. */
+static bool see_start(const SlideModel *model, SlideState *state) {
+    SlideSeen *start = slide_start(model, state);
+    const double prehistory = state->head->prehistory;
+    const bool forecasts = slide_stream_forecasts(model, state);
+    const bool first_is_held = prehistory == SLIDE_FIRST_HELD && !forecasts;
+    const bool reaches = prehistory != SLIDE_FIRST_HELD && forecasts;
+    bool done = true;
+    if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+        slide_sampling_recall(model, state);
+        slide_sample(model, state, model->memory_length, 0);
+        *state->history.count = 0;
+        slide_seen_restart(model, start,
+                           model->taken + (model->memory_length - 1) * model->n_inputs);
+        for (uint64_t left = model->memory_length; done && left-- > 0;) {
+            done = slide_seen_take(model, start, model->taken + left * model->n_inputs, left == 0);
         }
-        if (intake->anew && left >= model->predictor.n_samples) {
-            remember(model, state, sample, false);
-        } else if (!take(model, state, sample, left == 0)) {
-            return false;
-        }
+    } else {
+        slide_sampling_scale(model, slide_stream_prehistory(model, state), model->taken);
+        slide_seen_restart(model, start, model->taken);
+        done = slide_seen_settle(model, start, model->taken, first_is_held ? 1 : 0);
     }
-    return true;
-}
-
-/* The predictor goes on by samples that were forecast before. */
-bool slide_step_take_again(const SlideModel *model, SlideState *state, const SlideIntake *intake) {
-    for (uint32_t left = intake->count; left-- > 0;) {
-        if (!take_again(model, state, model->taken + left * model->n_inputs)) {
-            return false;
-        }
+    if (done && (first_is_held || reaches)) {
+        slide_sampling_scale(model, state->inputs, model->taken);
+        slide_seen_open(model, start);
+        done = slide_seen_take(model, start, model->taken, true);
+        start->head->n_open = 1;
     }
-    return true;
-}
-
-static bool hold(const SlideModel *model, SlideState *state) {
-    slide_intake_scale(model, slide_stream_prehistory(model, state), model->taken);
-    restart(model, state, model->taken);
-    for (uint64_t left = model->predictor.n_settling; left > 0; --left) {
-        if (!advance(model, state, model->taken, left == 1)) {
-            return false;
-        }
-    }
-    remember_predicted(model, state, *state->samples.count - 1, true);
-    return true;
-}
-
-/* What is known of the time before the start, when the parameters were those of now. */
-bool slide_step_begin_run(const SlideModel *model, SlideState *state) {
-    if (model->parameters.count > 0) {
-        accept_parameters(model, state);
-        *state->since = INFINITY;
-    }
-    if (state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN) {
-        return hold(model, state);
-    }
-    slide_intake_recall(model, state);
-    slide_intake_sample(model, state, model->memory_length, NULL);
-    const SlideIntake intake = {model->memory_length, .anew = true};
-    const bool done = slide_step_take(model, state, &intake);
-    *state->history.count = 0;
+    start->head->used = done;
+    start->head->end = first_is_held ? model->step : 0;
     return done;
-}
-
-/* The inputs that were set come after what is known of those until the start. */
-static bool reach_start(const SlideModel *model, SlideState *state) {
-    state->head->reached_length = model->step;
-    slide_step_keep(model, state);
-    const SlideIntake intake = slide_intake_end(model, state);
-    return slide_step_take(model, state, &intake);
 }
 
 bool slide_stream_hold(const SlideModel *model, SlideState *state) {
-    slide_model_form(model, state->parameters);
-    bool done = slide_step_begin_run(model, state);
-    if (done && slide_stream_forecasts(model, state) &&
-        state->head->prehistory != SLIDE_FIRST_HELD) {
-        done = reach_start(model, state);
-        *state->history.count = 0;
+    accept_parameters(model, state);
+    if (!see_start(model, state)) {
+        return false;
     }
-    if (done) {
-        slide_step_accept(model, state);
+    slide_start(model, state)->head->since = INFINITY;
+    state->head->now = model->n_phases;
+    state->head->concluded = state->head->estimated = 0;
+    give(model, state);
+    return true;
+}
+
+/* Inputs whose derivatives the importer told move by these: where they get to. */
+static void move_told(const SlideModel *model, SlideState *state) {
+    const double *begin = slide_history_newest(&model->history, &state->history) + 1;
+    const SlideMovingStep step = {begin, state->before.rates, state->head->last_length};
+    const bool *told = state->before.told;
+    slide_move_on(&model->history, &step, model->inputs);
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const bool of_angle = (model->cosine[i] && told[i + 1]) ||
+                              (i > 0 && model->cosine[i - 1] && told[i - 1]);
+        if (told[i] || of_angle) {
+            state->history.end[i] = model->inputs[i];
+            slide_history_moved(&model->history, &state->history, 0)[i] = SLIDE_TOLD;
+        }
     }
+}
+
+/* Which inputs move smoothly in the newest step, as far as can be told, and did in the one before it,
+ * now that its end is known: those that a forecast serves better than holding them. An angle of
+ * held inputs is held, unless its derivative is told. */
+static void tell_moving(const SlideModel *model, SlideState *state) {
+    unsigned char *moved = slide_history_moved(&model->history, &state->history, 0);
+    unsigned char *before = slide_history_moved(&model->history, &state->history, 1);
+    const bool known = state->head->known != 0;
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const bool may = model->history.first_order || (!known && !model->cosine[i]);
+        moved[i] = may && slide_forecast_moves(&model->forecast, &state->forecast, i)
+                       ? SLIDE_MOVED
+                       : SLIDE_HELD;
+        before[i] = before[i] == SLIDE_TOLD ? SLIDE_TOLD : moved[i];
+        i += model->cosine[i];
+    }
+}
+
+/* What the inputs are by the end of the newest step: where they are held they stay, else they are
+ * forecast. */
+static void expect(const SlideModel *model, SlideState *state) {
+    const SlideHistoryShape *shape = &model->history;
+    const bool ends = shape->first_order && !slide_stream_forecasts(model, state);
+    const double *begin = slide_history_newest(shape, &state->history) + 1;
+    memcpy(state->history.end, ends ? state->inputs : begin, model->n_inputs * sizeof(double));
+    slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
+    tell_moving(model, state);
+    if (ends) {
+        return;
+    }
+    const unsigned char *moved = slide_history_moved(shape, &state->history, 0);
+    slide_forecast(&model->forecast, shape, &state->forecast, model->inputs);
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const size_t count = 1 + (size_t)model->cosine[i];
+        if (moved[i] != SLIDE_HELD) {
+            memcpy(state->history.end + i, model->inputs + i, count * sizeof(double));
+        }
+        i += count - 1;
+    }
+    if (state->head->moved != 0) {
+        move_told(model, state);
+    }
+}
+
+/* The newest step begins with the inputs that are set, or with those reached before. */
+static void append(const SlideModel *model, SlideState *state) {
+    const SlideHistoryShape *shape = &model->history;
+    const bool ends = shape->first_order && !slide_stream_forecasts(model, state);
+    if (slide_stream_fresh(state)) {
+        slide_sampling_recall(model, state);
+        if (slide_stream_forecasts(model, state) &&
+            state->head->prehistory != SLIDE_FIRST_HELD) {
+            slide_history_append(shape, &state->history, model->step, state->history.end);
+        }
+    }
+    memcpy(model->inputs, ends ? state->history.end : state->inputs,
+           model->n_inputs * sizeof(double));
+    slide_history_append(shape, &state->history, state->head->last_length, model->inputs);
+}
+
+/* A step begins. The derivatives of the inputs count for this step only. */
+static void begin(const SlideModel *model, SlideState *state, double length) {
+    SlideHead *head = state->head;
+    const size_t row = model->n_inputs * sizeof(double);
+    head->length_before = head->last_length;
+    if (length != head->last_length) {
+        head->n_phases = slide_phases_of(model, length);
+    }
+    head->last_length = length;
+    slide_clock_advance(&head->inner, slide_clock_time(&head->inner), length);
+    head->moved = head->moving;
+    if (head->moving) {
+        memcpy(state->before.rates, state->rates, row);
+        memcpy(state->before.told, state->told, model->n_inputs * sizeof *state->told);
+        memset(state->rates, 0, row);
+        memset(state->told, 0, model->n_inputs * sizeof *state->told);
+        head->moving = 0;
+    }
+    append(model, state);
+}
+
+const double *slide_stream_given(const SlideModel *model, const SlideState *state) {
+    return model->history.first_order && !slide_stream_forecasts(model, state)
+               ? state->history.end
+               : slide_history_newest(&model->history, &state->history) + 1;
+}
+
+void slide_stream_set_again(const SlideModel *model, SlideState *state, const double *inputs) {
+    const size_t row = model->n_inputs * sizeof(double);
+    if (slide_stream_first_held(state)) {
+        memcpy(slide_history_before(&model->history, &state->history) + 1, inputs, row);
+    }
+    if (model->history.first_order && !slide_stream_forecasts(model, state)) {
+        memcpy(state->history.end, inputs, row);
+        return;
+    }
+    memcpy(slide_history_newest(&model->history, &state->history) + 1, inputs, row);
+    *state->forecast.spacing = 0; /* its points are read again */
+    expect(model, state);
+}
+
+/* What networks have seen goes on to the present; between phases, outputs come into
+ * model->candidate. */
+static bool reach(const SlideModel *model, SlideState *state) {
+    size_t place = 0;
+    const bool done =
+        slide_between_serves(model, state)
+            ? slide_between_reach(model, state, &place, model->candidate)
+            : slide_phases_reach(model, state, slide_clock_time(&state->head->inner), 0, &place);
+    state->head->now = place;
     return done;
 }
 
-void slide_step_count(const SlideModel *model, SlideState *state, double length) {
-    const uint32_t n_whole = slide_intake_whole(model, length);
-    state->head->filled += n_whole > 0 ? n_whole : length / model->step;
-    const bool between = n_whole > 1 && slide_stream_forecasts(model, state); /* nobody knows these */
-    state->head->given = n_whole > 0 && !between ? state->head->given + n_whole : 0;
-    if (model->parameters.count > 0) { /* a window taken in anew knows no other parameters */
-        const uint32_t count = n_whole > 0 ? n_whole : slide_aside_resumed(model, state);
-        *state->since = count > 0 ? *state->since + count : INFINITY;
-    }
-}
-
-static bool step_of(const SlideModel *model, SlideState *state, double length) {
-    if (slide_stream_fresh(state) && !slide_stream_hold(model, state)) {
+/* The outputs at the end of the newest step. */
+static bool finish(const SlideModel *model, SlideState *state) {
+    expect(model, state);
+    if (!reach(model, state)) {
         return false;
     }
-    slide_aside_begin(model, state, length);
-    slide_step_keep(model, state);
-    slide_step_begin(model, state, length);
-    const SlideIntake intake = slide_intake_step(model, state);
-    if (!slide_step_take(model, state, &intake)) {
-        return false;
+    state->head->n_steps += 1;
+    give(model, state);
+    for (size_t i = 0; slide_between_serves(model, state) && i < model->n_outputs; ++i) {
+        const SlideScaling *scaling = &model->output_scaling[i];
+        state->outputs[i] = model->candidate[i] * scaling->scale + scaling->offset;
     }
-    slide_step_accept(model, state);
-    slide_step_count(model, state, length);
     return true;
 }
 
-/* The most frequent step, of one sample; until all is found, it changes nothing that counts. */
-static bool step_once(const SlideModel *model, SlideState *state) {
-    slide_intake_scale(model, state->inputs, model->taken);
-    if (!see(model, state, model->taken) || !predict(model, state, *state->samples.count)) {
-        return false;
+/* What undoes a step that fails. */
+static void prepare(const SlideModel *model, SlideState *state) {
+    const SlideUndo *undo = &model->undo;
+    memcpy(undo->end, state->history.end, model->n_inputs * sizeof(double));
+    memcpy(undo->forecast, state->ahead.forecast, model->n_outputs * sizeof(double));
+    if (*state->history.count > 0) {
+        memcpy(undo->moved, slide_history_moved(&model->history, &state->history, 0),
+               model->n_inputs);
     }
-    slide_aside_begin(model, state, model->step);
-    slide_step_keep(model, state);
-    slide_step_begin(model, state, model->step);
-    model->predictor.family->accept(&model->predictor, &state->predictor);
-    remember(model, state, model->taken, true);
-    slide_step_accept(model, state);
-    slide_history_append(&model->history, &state->history, model->step, state->inputs, false);
-    state->head->filled += 1;
-    state->head->given += 1;
-    if (model->parameters.count > 0) {
-        *state->since += 1;
+    undo->seen->used = 0;
+}
+
+/* Back to before a step that failed. */
+static void undo(const SlideModel *model, SlideState *state, const SlideHead *head) {
+    const size_t row = model->n_inputs * sizeof(double);
+    if (head->moving) {
+        memcpy(state->rates, state->before.rates, row);
+        memcpy(state->told, state->before.told, model->n_inputs * sizeof *state->told);
     }
-    return true;
+    *state->forecast.spacing = 0; /* its points are read again */
+    *state->head = *head;
+    if (head->n_steps == 0) {
+        *state->history.count = 0;
+        state->head->current = 0;
+        return;
+    }
+    *state->history.count -= 1;
+    memcpy(state->history.end, model->undo.end, row);
+    memcpy(slide_history_moved(&model->history, &state->history, 0), model->undo.moved,
+           model->n_inputs);
+    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
+    if (!slide_phases_undo(model, state)) { /* else all is found again */
+        state->head->n_steps -= 1;
+        reach(model, state);
+        state->head->n_steps += 1;
+        slide_phases_note_nothing(state);
+        state->head->concluded = state->head->estimated = 0;
+    }
 }
 
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
-    slide_model_form(model, state->parameters); /* what is remembered is kept */
-    if (slide_stream_forecasts(model, state)) {
-        return slide_forecast_step(model, state, length);
+    if (slide_stream_fresh(state) && !slide_stream_hold(model, state)) {
+        return false;
     }
-    if (length == model->step && !slide_stream_fresh(state) && !state->head->moving) {
-        return step_once(model, state);
+    const SlideHead head = *state->head;
+    prepare(model, state);
+    accept_parameters(model, state);
+    begin(model, state, length);
+    if (!finish(model, state)) {
+        undo(model, state, &head);
+        return false;
     }
-    const bool between = slide_intake_whole(model, length) == 0;
-    memcpy(state->backup, state->head, state->before_steps);
-    if (between) {
-        slide_aside_keep(state);
-    }
-    bool done = step_of(model, state, length);
-    if (!done) {
-        slide_history_go_back(&model->history, &state->history, SLIDE_MARK_STEP);
-        memcpy(state->head, state->backup, state->before_steps);
-        if (between) {
-            slide_aside_undo(state);
-        }
-    }
-    return done;
+    return true;
 }
 
-bool slide_stream_in_range(const SlideModel *model, const SlideState *state) {
-    const uint64_t behind = *state->samples.count - *state->strayed;
-    return *state->strayed == 0 || behind >= model->predictor.memory_length;
+bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
+    SlideHead *head = state->head;
+    head->last_length += model->step;
+    slide_clock_advance(&head->inner, slide_clock_time(&head->inner), model->step);
+    slide_history_newest(&model->history, &state->history)[0] = head->last_length;
+    return finish(model, state);
 }
 
-const float *slide_stream_block(const SlideModel *model, const SlideState *state) {
-    return model->predictor.family->block(&model->predictor, model->kernel, &state->predictor,
-                                          *state->samples.count - 1);
+double slide_stream_filled(const SlideModel *model, const SlideState *state) {
+    const double samples = slide_clock_time(&state->head->inner) / model->step;
+    const double nearest = nearbyint(samples);
+    return fabs(samples - nearest) <= 1e-6 * fmax(nearest, 1) ? nearest : samples;
 }
 
-static void estimate_until(const SlideModel *model, SlideState *state, uint64_t count) {
-    slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &state->samples,
-                            count, &state->estimate);
+bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
+    const SlideSeen *seen = slide_now(state);
+    const uint64_t behind = *seen->samples.count - seen->head->strayed;
+    return seen->head->strayed == 0 || behind >= model->predictor.memory_length;
 }
 
-static void bound_until(const SlideModel *model, SlideState *state, uint64_t count) {
-    slide_bound_catch_up(slide_stream_judge(model, state), model->kernel, &model->samples,
-                         &state->samples, count, &state->bound);
+const float *slide_stream_block(const SlideModel *model, SlideState *state) {
+    const SlideSeen *seen = slide_now(state);
+    return model->predictor.family->block(&model->predictor, model->kernel, &seen->predictor,
+                                          *seen->samples.count - 1);
 }
 
-/* To the newest sample. What is found before a forecast begins stays when that is forgotten: else
- * each step would have to find all of it again. */
-static void find(const SlideModel *model, SlideState *state, SlideFound found,
-                 void (*until)(const SlideModel *, SlideState *, uint64_t)) {
-    const uint64_t known = slide_forecast_known(model, state);
-    if (*found.known < known) {
-        until(model, state, known);
-        slide_forecast_keep(state, found);
+static void estimate_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
+                           SlideEstimate *estimate) {
+    slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &seen->samples,
+                            count, estimate);
+}
+
+/* What is found before the open samples stays when they are taken back: else each step would have to
+ * find all of it again. */
+const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *state) {
+    SlideSeen *seen = slide_now(state);
+    SlideEstimate *ahead = &state->ahead.estimate;
+    estimate_until(model, seen, slide_seen_n_known(seen), &seen->estimate);
+    if (seen->head->n_open == 0) {
+        return &seen->estimate;
     }
-    until(model, state, *state->samples.count);
+    if (state->head->estimated != state->head->n_steps + 1) {
+        memcpy(ahead->known, seen->estimate.known, ahead->evaluated);
+        estimate_until(model, seen, *seen->samples.count, ahead);
+        state->head->estimated = state->head->n_steps + 1;
+    }
+    return ahead;
 }
 
-void slide_stream_estimate(const SlideModel *model, SlideState *state) {
-    const SlideFound found = {state->estimate.known, state->estimate.evaluated};
-    find(model, state, found, estimate_until);
+static void bound_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
+                        SlideBoundState *bound) {
+    slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &seen->samples, count,
+                         bound);
 }
 
-void slide_stream_bound(const SlideModel *model, SlideState *state) {
-    const SlideFound found = {state->bound.known, state->bound.evaluated};
-    find(model, state, found, bound_until);
-    if (model->bound.n_expected > 0) {
-        slide_stream_estimate(model, state);
+static void conclude(const SlideModel *model, SlideState *state, SlideBoundState *bound) {
+    const SlideBound *shape = &model->bound;
+    const SlideEstimate *estimate =
+        shape->n_expected > 0 ? slide_stream_estimate(model, state) : NULL;
+    for (size_t i = 0; i < shape->n_expected; ++i) {
+        shape->expected[i] = *slide_estimate_square(&model->estimator, estimate, i,
+                                                    *slide_now(state)->samples.count - 1);
     }
-    for (size_t i = 0; i < model->bound.n_expected; ++i) {
-        model->bound.expected[i] = *slide_estimate_square(&model->estimator, &state->estimate, i,
-                                                          *state->samples.count - 1);
+    slide_bound_conclude(shape, model->kernel, bound);
+}
+
+const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *state) {
+    SlideSeen *seen = slide_now(state);
+    SlideBoundState *ahead = &state->ahead.bound;
+    if (state->head->concluded == state->head->n_steps + 1) {
+        return ahead;
     }
-    slide_bound_conclude(slide_stream_judge(model, state), model->kernel, &state->bound);
+    bound_until(model, seen, slide_seen_n_known(seen), &seen->bound);
+    if (seen->head->n_open == 0) {
+        conclude(model, state, &seen->bound);
+        return &seen->bound;
+    }
+    float *predicted = ahead->predicted;
+    memcpy(ahead->known, seen->bound.known, ahead->evaluated);
+    ahead->predicted = seen->bound.predicted;
+    bound_until(model, seen, *seen->samples.count, ahead);
+    ahead->predicted = predicted;
+    conclude(model, state, ahead);
+    state->head->concluded = state->head->n_steps + 1;
+    return ahead;
 }

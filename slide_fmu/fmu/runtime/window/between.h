@@ -1,0 +1,18 @@
+/* Outputs at times between the phases of which it is kept what networks have seen. */
+#ifndef SLIDE_BETWEEN_H
+#define SLIDE_BETWEEN_H
+
+#include "state.h"
+
+/* Do steps of this length come through too many phases, and are there enough of them to interpolate,
+ * by a network whose state tells what it has seen? */
+bool slide_between_serves(const SlideModel *model, const SlideState *state);
+
+/* Outputs at the present, scaled, to outputs [n_outputs]: with the sample that ends now, evaluated
+ * after what networks had seen a sample step ago; that is interpolated, by a cubic, between phases that
+ * divide a sample step evenly. In state->seen[*place] is the phase that ends last before the present.
+ * False when a result is not finite. */
+bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,
+                         double *outputs);
+
+#endif

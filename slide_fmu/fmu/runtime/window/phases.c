@@ -1,0 +1,245 @@
+#include "phases.h"
+
+#include "sampling.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* In sample steps: phases nearer to each other are one. */
+static const double SLACK = 1e-5;
+
+/* What forecasts change counts as the mean of so many calls. */
+static const double N_JUDGED = 16;
+
+static bool is_whole(double samples, double slack) {
+    return fabs(samples - nearbyint(samples)) <= slack;
+}
+
+uint64_t slide_phases_of(const SlideModel *model, double length) {
+    for (uint64_t count = 1; count <= model->n_phases; ++count) {
+        if (is_whole((double)count * length / model->step, SLACK)) {
+            return count;
+        }
+    }
+    return 0;
+}
+
+void slide_phases_note_nothing(SlideState *state) { state->head->n_since = 0; }
+
+/* Is a time one at which a phase has its samples? Times have rounding errors. */
+static bool fits(const SlideModel *model, const SlideSeen *seen, double time) {
+    const double slack = SLACK + 8 * DBL_EPSILON * fabs(time) / model->step;
+    return seen->head->used > 0 && is_whole((time - seen->head->end) / model->step, slack);
+}
+
+/* The place of the phase of a time; else an empty one, or that which was not needed for longest. */
+static size_t place_for(const SlideModel *model, const SlideState *state, double time) {
+    size_t place = 0;
+    for (size_t i = 0; i < model->n_phases; ++i) {
+        if (fits(model, &state->seen[i], time)) {
+            return i;
+        }
+        place = state->seen[i].head->used < state->seen[place].head->used ? i : place;
+    }
+    return place;
+}
+
+/* Samples from a time on until another. */
+static double samples_between(const SlideModel *model, double from, double to) {
+    return nearbyint((to - from) / model->step);
+}
+
+/* Samples until a time that end after the last communication point. */
+static uint64_t n_open_at(const SlideModel *model, const SlideState *state, double time) {
+    if (state->head->known != 0) {
+        return 0; /* what was set is all */
+    }
+    const double ahead = time - (slide_clock_time(&state->head->inner) - state->head->last_length);
+    const double samples = fmax(ceil(ahead / model->step - SLACK), 0);
+    return samples <= model->n_in ? (uint64_t)samples : model->n_in + 1;
+}
+
+/* How far forecasts of the inputs were off in the outputs. */
+static void judge(const SlideModel *model, SlideState *state, const float *given,
+                  const float *known) {
+    for (size_t i = 0; i < model->n_outputs; ++i) {
+        const double change = (double)known[i] - given[i];
+        double *mean = &state->ahead.forecast[i];
+        *mean += (change * change - *mean) / N_JUDGED;
+    }
+}
+
+/* Are the newest samples those that are in model->taken, from a place on? */
+static bool holds(const SlideModel *model, const SlideSeen *seen, uint64_t count, uint64_t from) {
+    const size_t row = model->n_inputs;
+    for (uint64_t age = 0; age < count; ++age) {
+        const double *sample =
+            slide_samples_at(&model->samples, &seen->samples, *seen->samples.count - 1 - age);
+        if (memcmp(sample, model->taken + (from + age) * row, row * sizeof *sample) != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* A phase goes on by samples that are in model->taken, newest first; of these so many are open, but
+ * none where all are there. */
+static bool take(const SlideModel *model, SlideSeen *seen, uint64_t count, uint64_t n_open) {
+    for (uint64_t left = count; left-- > 0;) {
+        if (left + 1 == n_open) {
+            slide_seen_open(model, seen);
+        }
+        if (!slide_seen_take(model, seen, model->taken + left * model->n_inputs, left == 0)) {
+            return false;
+        }
+    }
+    seen->head->n_open = n_open;
+    return true;
+}
+
+/* The open samples, which lie from a place on in model->taken, are what they are now. Where they
+ * were right they stay. */
+static bool close(const SlideModel *model, SlideState *state, SlideSeen *seen, uint64_t from) {
+    const uint64_t count = seen->head->n_open;
+    float *given = model->given;
+    if (holds(model, seen, count, from)) {
+        seen->head->n_open = 0;
+        judge(model, state, seen->given, seen->given);
+        return true;
+    }
+    memcpy(given, seen->given, model->n_outputs * sizeof *given);
+    const double end = seen->head->end;
+    slide_seen_take_back(model, seen);
+    for (uint64_t left = count; left-- > 0;) {
+        const double *sample = model->taken + (from + left) * model->n_inputs;
+        if (!slide_seen_take(model, seen, sample, left == 0)) {
+            return false;
+        }
+    }
+    seen->head->end = end;
+    judge(model, state, given, seen->given);
+    return true;
+}
+
+/* What derivatives need of the state before the samples of this step, and what undoes it. */
+static void note(const SlideModel *model, SlideState *state, const SlideSeen *seen,
+                 uint64_t n_taken) {
+    const SlideFamily *family = model->predictor.family;
+    SlideHead *head = state->head;
+    head->before = 1 - head->before;
+    if (slide_is_recurrent(family)) {
+        family->keep(&model->predictor, seen->head->n_open > 0 ? &seen->known : &seen->predictor,
+                     &state->before.predictor[head->before]);
+    }
+    head->n_since = seen->head->n_open + n_taken;
+    *model->undo.seen = *seen->head;
+    model->undo.count[0] = *seen->samples.count;
+    model->undo.count[1] = (uint64_t)(seen - state->seen);
+}
+
+bool slide_phases_undo(const SlideModel *model, SlideState *state) {
+    const SlideUndo *undo = &model->undo;
+    bool same = true;
+    for (size_t place = 0; place < model->n_phases; ++place) {
+        SlideSeen *seen = &state->seen[place];
+        if (seen->head->used <= state->head->n_steps) {
+            continue;
+        }
+        if (undo->seen->used == 0 || undo->count[1] != place) {
+            seen->head->used = 0;
+            same = same && state->head->now != place;
+            continue;
+        }
+        const double now = slide_clock_time(&state->head->inner), time = undo->seen->end;
+        slide_seen_restore(model, seen, undo->seen, undo->count[0],
+                           &state->before.predictor[1 - state->head->before]);
+        slide_sample(model, state, undo->seen->n_open, fmax(now - time, 0));
+        same = take(model, seen, undo->seen->n_open, undo->seen->n_open) && same;
+        seen->head->end = time;
+    }
+    return same;
+}
+
+/* A phase goes on to a time, by samples that come after those that it has. Open ones stay where they
+ * end until then, and are known now. */
+static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, double time,
+                  uint64_t least_open) {
+    const double now = slide_clock_time(&state->head->inner);
+    if (seen->head->n_open > 0 && (n_open_at(model, state, seen->head->end) > 0 ||
+                                   samples_between(model, seen->head->end, time) < 0)) {
+        slide_seen_take_back(model, seen);
+    }
+    const uint64_t n_again = seen->head->n_open;
+    const uint64_t n_taken = (uint64_t)samples_between(model, seen->head->end, time);
+    const uint64_t n_open = n_open_at(model, state, time);
+    slide_sample(model, state, n_again + n_taken, fmax(now - time, 0));
+    note(model, state, seen, n_taken);
+    const bool done = (n_again == 0 || close(model, state, seen, n_taken)) &&
+                      take(model, seen, n_taken, n_open > least_open ? n_open : least_open);
+    seen->head->end = time;
+    return done;
+}
+
+/* A phase begins with what was before the first step. */
+static bool begin(const SlideModel *model, SlideState *state, SlideSeen *seen, double time,
+                  uint64_t least_open) {
+    const SlideSeen *start = slide_start(model, state);
+    slide_seen_copy(model, start, seen);
+    if (seen->head->n_open > 0) {
+        slide_seen_take_back(model, seen);
+    }
+    /* where nothing moved before, samples need not end at the start */
+    const double samples = ceil((time - seen->head->end) / model->step - SLACK);
+    seen->head->end = time - model->step * fmax(samples, 0);
+    return go_on(model, state, seen, time, least_open);
+}
+
+/* May a phase begin with what was before the first step? */
+static bool may_begin(const SlideModel *model, SlideState *state, double time) {
+    const SlideSeen *start = slide_start(model, state);
+    const double samples = (time - slide_seen_known_end(model, start)) / model->step;
+    const bool steady = state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN;
+    return start->head->used > 0 && samples <= model->n_in && (steady || is_whole(samples, SLACK));
+}
+
+/* A phase sees all samples anew that anything depends on. After a step that is longer than the
+ * window it has seen nothing that is known: then it fits no further time. */
+static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen, double time,
+                    uint64_t least_open) {
+    const double now = slide_clock_time(&state->head->inner);
+    const uint64_t n_ahead = n_open_at(model, state, time);
+    const bool lasts = n_ahead <= model->n_in;
+    const uint64_t n_open = !lasts ? 0 : n_ahead > least_open ? n_ahead : least_open;
+    const uint64_t count = model->memory_length + n_open;
+    /* the bound compares what the predictor gave after all of them */
+    const uint64_t n_looked =
+        model->bound.memory_length > 0 ? count : model->predictor.n_samples + n_open;
+    slide_sample(model, state, count, fmax(now - time, 0));
+    slide_seen_restart(model, seen, model->taken + (count - 1) * model->n_inputs);
+    for (uint64_t left = count; left-- > n_looked;) {
+        slide_seen_pass(model, seen, model->taken + left * model->n_inputs);
+    }
+    const bool done = take(model, seen, n_looked < count ? n_looked : count, n_open);
+    seen->head->end = lasts ? time : NAN;
+    slide_phases_note_nothing(state);
+    return done;
+}
+
+bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
+                        uint64_t least_open, size_t *place) {
+    *place = place_for(model, state, time);
+    SlideSeen *seen = &state->seen[*place];
+    const bool goes_on = fits(model, seen, time);
+    const double ahead = samples_between(model, slide_seen_known_end(model, seen), time);
+    bool done;
+    if (goes_on && ahead >= (double)least_open && ahead <= model->n_in) {
+        done = go_on(model, state, seen, time, least_open);
+    } else if (may_begin(model, state, time)) {
+        done = begin(model, state, seen, time, least_open);
+    } else {
+        done = see_all(model, state, seen, time, least_open);
+    }
+    seen->head->used = state->head->n_steps + 1;
+    return done;
+}

@@ -10,7 +10,7 @@ static const double BETTER = 0.5; /* of another mean square error */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
 enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
 
-/* Fewer changes could be those of stairs that rise evenly by chance. */
+/* Fewer changes of held inputs could be those of stairs that rise evenly by chance. */
 enum { LEAST_CHANGES = 4 };
 
 /* Of u(t - i H) - u(t), the sum of which is how much an input changes. */
@@ -61,6 +61,7 @@ void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
     forecast->n_candidates = held ? N_OF_HELD : view->n_candidates;
     forecast->n_past = held ? N_PAST_OF_HELD : view->n_past;
     forecast->n_scored = held ? N_SCORED_OF_HELD : view->n_candidates > 0 ? view->n_scored : 1;
+    forecast->least_changes = held ? LEAST_CHANGES : 0;
     const size_t n = payload->n_inputs;
     const size_t n_weights = (size_t)forecast->n_candidates * forecast->n_past;
     forecast->sample_step = payload->step;
@@ -216,11 +217,11 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
 bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
                           size_t input) {
     const double *held = state->errors + input * n_choices(forecast) * forecast->n_scored;
-    size_t changes = 0;
+    uint32_t changes = 0;
     for (size_t i = 0; i < forecast->n_scored; ++i) {
         changes += held[i] > 0;
     }
-    return changes >= LEAST_CHANGES && best_of(forecast, state, input) > 0;
+    return changes >= forecast->least_changes && best_of(forecast, state, input) > 0;
 }
 
 /* The change of the channel that the best candidate says. */

@@ -9,6 +9,7 @@
 /* What does not change. Linear candidates stand beside the held value, of each input its own. */
 typedef struct {
     uint32_t n_candidates, n_past, n_scored;
+    uint32_t least_changes; /* of the last points scored, of an input that moves */
     double sample_step; /* s */
     double *largest;    /* [n_inputs], the largest change in a sample step; of an angle its turn,
                            in rad, in the place of its cosine */

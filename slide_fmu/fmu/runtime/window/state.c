@@ -93,6 +93,41 @@ void slide_state_copy(const SlideModel *model, const SlideState *state, const vo
                        block + steps, target + steps);
 }
 
+/* Steps and samples in a state are far below this. */
+static const uint64_t LARGEST_COUNT = (uint64_t)1 << 62;
+
+static uint64_t counter_in(const SlideState *state, const unsigned char *block, const void *part) {
+    uint64_t count;
+    memcpy(&count, block + place_in(state, part), sizeof count);
+    return count;
+}
+
+static bool is_seen_sound(const SlideModel *model, const SlideState *state, const SlideSeen *seen,
+                          const unsigned char *block) {
+    SlideSeenHead head;
+    memcpy(&head, block + place_in(state, seen->head), sizeof head);
+    const uint64_t count = counter_in(state, block, seen->samples.count);
+    return head.used == 0 ||
+           (head.n_open <= model->n_in && head.used < LARGEST_COUNT && count < LARGEST_COUNT &&
+            count >= model->samples.capacity);
+}
+
+bool slide_state_is_sound(const SlideModel *model, const SlideState *state, const void *block) {
+    SlideHead head;
+    memcpy(&head, block, sizeof head);
+    const uint64_t n_steps = counter_in(state, block, state->history.count);
+    bool sound = isfinite(slide_clock_time(&head.clock)) &&
+                 isfinite(slide_clock_time(&head.inner)) && isfinite(head.last_length) &&
+                 head.now <= model->n_phases && head.before <= 1 &&
+                 head.n_since <= 2 * (uint64_t)model->n_in && n_steps < LARGEST_COUNT &&
+                 (n_steps > 0) == (head.n_steps > 0) &&
+                 counter_in(state, block, state->forecast.scored) < LARGEST_COUNT;
+    for (size_t phase = 0; sound && phase <= model->n_phases; ++phase) {
+        sound = is_seen_sound(model, state, &state->seen[phase], block);
+    }
+    return sound;
+}
+
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
     if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;

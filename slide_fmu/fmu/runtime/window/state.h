@@ -89,6 +89,10 @@ void slide_state_reset(const SlideModel *model, SlideState *state);
  * steps that were never taken. */
 void slide_state_copy(const SlideModel *model, const SlideState *state, const void *from, void *to);
 
+/* May the counters and places in a copy of a block, at any alignment, be those of a state? Rings take
+ * numbers modulo their sizes, but loops end by counters, which must not be far off. */
+bool slide_state_is_sound(const SlideModel *model, const SlideState *state, const void *block);
+
 /* No communication step yet? */
 static inline bool slide_stream_fresh(const SlideState *state) {
     return state->head->n_steps == 0;

@@ -13,12 +13,10 @@ import numpy as np
 import torch
 
 from slide_fmu.bounds.head import fit_head
-from slide_fmu.bounds.judge import Judge, fit_judge, tolerances_of
-from slide_fmu.bounds.observations import Observations, observed, require_finite
-from slide_fmu.bounds.plain_call import plain_predictions
+from slide_fmu.bounds.judge import fit_judge, tolerances_of
+from slide_fmu.bounds.observations import observed, require_finite
 from slide_fmu.core.block_means import block_lengths
 from slide_fmu.core.progress import Stages
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.history import History
 from slide_fmu.network.state_space.network import StateSpace
@@ -29,8 +27,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 PARTS = "data.bound", "data.calibration", "bound.expert.further"
 """The splits for an error bound, by their keys in recipes, in their order."""
 
-BOUND, PLAIN_BOUND = "error bound", "error bound of the plain call"
-"""Names of the heads' stages in the progress, and of the first one in the figures."""
+BOUND = "error bound"
+"""Name of the head's stage in the progress and in the figures."""
 
 
 def fit_bound(
@@ -44,11 +42,8 @@ def fit_bound(
 ) -> tuple[ErrorBound, History]:
     """Train the head and calibrate the bound of a surrogate; the history is the head's.
 
-    If inputs are forecast, the bound holds both in the plain call and with inputs known up to the
-    end of the step. One judge covers both calls, which also helps where inputs of a new kind are
-    known, as in a loop. Planned motions are mostly known, and their errors in the plain call are
-    far larger: there each call has a judge of its own, and the tolerances, usual errors and
-    history are those of known inputs.
+    Inputs are known to the end of each step. Where the FMU forecasts them, it measures what that
+    changed in the outputs lately, and adds it to the bound.
 
     The head takes the estimates of the surrogate's error estimator, if there is one. The splits
     are trajectories to train on, others for calibration, and possibly further ones to train on, of
@@ -63,30 +58,12 @@ def fit_bound(
     step, spans = surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
     blocks = block_lengths(step, spans)
     with np.errstate(all="ignore"):  # values that are not finite are refused below
-        plain = plain_predictions(surrogate, splits)
-
-    def seen(given: Sequence[FloatArray | None]) -> list[Observations]:
-        pairs = zip(splits, given, strict=False)
-        mixes = [observed(surrogate, companion, blocks, *pair) for pair in pairs]
-        for name, mix in zip(PARTS, mixes, strict=False):
-            require_finite(name, mix)
-        return mixes
-
-    def judge(calls: Sequence[Sequence[Observations]], place: Path, name: str = BOUND) -> Judge:
-        terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
-        stage = progress(name)
-        return fit_judge(calls, *terms, lambda of: fit_head(of, recipe, place, device, stage))
-
-    in_plain_call = seen(plain)
-    shared = companion, blocks, surrogate.estimator
-    if surrogate.planned:
-        of_known = judge([seen([None] * len(splits))], checkpoint)
-        place = checkpoint.with_stem(f"{checkpoint.stem}-plain")
-        of_plain = judge([in_plain_call], place, PLAIN_BOUND)
-        tolerances = tolerances_of(of_known, recipe.false_alarms)
-        other = of_plain.error_bound(*shared, tolerances)
-        return of_known.error_bound(*shared, tolerances, other), of_known.history
-    known = [] if surrogate.forecast is None else [seen([None, None])]  # no further kinds
-    of_both = judge([in_plain_call, *known], checkpoint)
-    tolerances = tolerances_of(of_both, recipe.false_alarms)
-    return of_both.error_bound(*shared, tolerances), of_both.history
+        mixes = [observed(surrogate, companion, blocks, split) for split in splits]
+    for name, mix in zip(PARTS, mixes, strict=False):
+        require_finite(name, mix)
+    stage = progress(BOUND)
+    terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
+    judge = fit_judge(mixes, *terms, lambda of: fit_head(of, recipe, checkpoint, device, stage))
+    tolerances = tolerances_of(judge, recipe.false_alarms)
+    bound = judge.error_bound(companion, blocks, surrogate.estimator, tolerances)
+    return bound, judge.history

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from slide_fmu.bounds.plain_call import used_predictions
+from slide_fmu.bounds.estimate_use import known_predictions
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
@@ -292,13 +292,13 @@ def _ranges(features: torch.Tensor) -> Float32Array:
 
 
 def streamed_errors(surrogate: Surrogate, split: Split) -> FloatArray:
-    """Return errors of the newest outputs, relative to the outputs' scale, as in a plain call.
+    """Return errors of the newest outputs, relative to the outputs' scale, with known inputs.
 
     The shape is (n_trajectories, N + 1, n_outputs). Sample 0 is zero, since nothing is predicted
     there.
     """
     result = np.zeros_like(split.outputs)
-    predicted = used_predictions(surrogate, split)
+    predicted = known_predictions(surrogate, split)
     result[:, 1:] = predicted - split.outputs[:, 1:]
     return np.asarray(result / surrogate.output_scaling.scale)
 

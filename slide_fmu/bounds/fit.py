@@ -15,10 +15,10 @@ from dataclasses import replace
 from functools import partial
 
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
+from slide_fmu.bounds.estimate_use import useless_estimate
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.bounds.known_start import companion_start
-from slide_fmu.bounds.plain_call import useless_estimate
 from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.store import open_store
@@ -124,8 +124,6 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
     companion = fitted.network
     assert isinstance(companion, StateSpace)
     splits = work.splits("bound", "calibration", *([FURTHER] if recipe.further_kinds() else []))
-    if surrogate.forecast is not None:
-        surrogate = replace(surrogate, forecast=replace(surrogate.forecast, judged=True))
     key = checkpoint_key(
         surrogate.to_bytes().hex(),
         fitted.to_bytes().hex(),

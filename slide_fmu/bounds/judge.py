@@ -1,4 +1,4 @@
-"""A judge is fitted for one call of an FMU, or for both, by the errors observed there."""
+"""A judge has what an error bound takes from observed errors: head, factors and limits."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Judge:
 
     Attributes:
         head, factors, limits, span, floors, shares, quietest: as in ``ErrorBound``.
-        calibrations: what was observed on the calibration in each call, as the head gets it.
+        calibration: what was observed on the calibration, as the head gets it.
         history: course of the head's training.
     """
 
@@ -53,7 +53,7 @@ class Judge:
     floors: FloatArray
     shares: FloatArray
     quietest: FloatArray
-    calibrations: Sequence[Observations]
+    calibration: Observations
     history: History
 
     def bounds(self, mix: Observations) -> FloatArray:
@@ -72,7 +72,6 @@ class Judge:
         blocks: tuple[int, int],
         estimator: ErrorEstimator | None,
         tolerances: FloatArray,
-        plain: ErrorBound | None = None,
     ) -> ErrorBound:
         """Return the bound of this judge; the arguments are as in ``ErrorBound``."""
         return ErrorBound(
@@ -87,12 +86,11 @@ class Judge:
             quietest=self.quietest,
             estimator=estimator,
             span=self.span,
-            plain=plain,
         )
 
 
 def fit_judge(
-    calls: Sequence[Sequence[Observations]],
+    mixes: Sequence[Observations],
     kinds: NDArray[np.int64],
     domain_alarms: float,
     block: int | None,
@@ -100,11 +98,9 @@ def fit_judge(
 ) -> Judge:
     """Train the head of a judge, and calibrate it.
 
-    In each call, its bounds cover what they promise: the larger factors count.
-
     Args:
-        calls: of each call what the head learns from, the calibration, and possibly further
-            kinds, of which only those of the first call count. This gives also the usual errors.
+        mixes: what the head learns from, the calibration, and possibly further kinds that the
+            head learns from, too.
         kinds: kind of each trajectory of the calibration, (n_trajectories,).
         domain_alarms: share of the calibration's samples that lie outside of the domain.
         block: number of samples in a block of the error estimate; None without one.
@@ -114,30 +110,28 @@ def fit_judge(
         TrainingError: the training diverged, or the checkpoint cannot be read.
         ValueError: the surrogate makes no error at all, or there are too few trajectories.
     """
-    learnt, calibration, *further = calls[0]
+    learnt, calibration, *further = mixes
     n_outputs = calibration.errors.shape[2]
-    heard = [mixes[0] for mixes in calls]
-    heard += [thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further]
+    heard = [learnt, *(thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
     n_seen = learnt.watched.shape[2] - 2 * n_outputs  # after these come logarithms
     flat = np.concatenate([samples_of(mix.statistics)[:, 0, n_seen:] for mix in heard])
     quietest = np.quantile(flat, QUIETEST, axis=0)
     head, history = fit([mix.heard(quietest) for mix in heard])
     floors, shares = floors_of(calibration), shares_of(calibration)
-    calibrations = [mixes[1].heard(quietest).weighed(shares) for mixes in calls]
-    factors = np.maximum.reduce([factors_of(head, floors, mix, kinds) for mix in calibrations])
+    calibration = calibration.heard(quietest).weighed(shares)
     span = None
     if block is not None:
-        rms = scales_of(head, calibrations[0].afterwards)[..., n_outputs:]
+        rms = scales_of(head, calibration.statistics)[..., n_outputs:]
         span = SpanEstimate(block, span_factors(calibration.errors, rms, block))
     return Judge(
         head=head,
-        factors=factors,
+        factors=factors_of(head, floors, calibration, kinds),
         limits=domain_limits(learnt.watched, calibration.watched, domain_alarms),
         span=span,
         floors=floors,
         shares=shares,
         quietest=quietest,
-        calibrations=calibrations,
+        calibration=calibration,
         history=history,
     )
 
@@ -145,13 +139,11 @@ def fit_judge(
 def tolerances_of(judge: Judge, false_alarms: float) -> FloatArray:
     """Return the largest bounds that are trusted, relative to the outputs' scales, (n_outputs,).
 
-    They are the same multiple of the usual error of every output, which is the 95 % quantile in
-    the first call of the judge. In each call, at most the share of false alarms of the samples has
-    a larger bound or lies outside of the domain.
+    They are the same multiple of the usual error of every output, which is the 95 % quantile. At
+    most the share of false alarms of the samples has a larger bound or lies outside of the domain.
     """
-    usual, multiples = judge.calibrations[0].usual_errors(), []
-    for mix in judge.calibrations:
-        ratios = (judge.bounds(mix) / usual).max(axis=2)
-        ratios[judge.outside(mix)] = ratios.max()  # they are alarms anyway
-        multiples.append(np.quantile(ratios, 1 - false_alarms, method="higher"))
-    return np.asarray(usual * max(multiples))
+    mix = judge.calibration
+    usual = mix.usual_errors()
+    ratios = (judge.bounds(mix) / usual).max(axis=2)
+    ratios[judge.outside(mix)] = ratios.max()  # they are alarms anyway
+    return np.asarray(usual * np.quantile(ratios, 1 - false_alarms, method="higher"))

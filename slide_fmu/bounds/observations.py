@@ -21,8 +21,7 @@ class Observations:
     """Observations are results of surrogate and companion along a split, with full windows.
 
     Attributes:
-        statistics: computed while a sample is the newest, shape (n_trajectories, N, n_statistics).
-        afterwards: computed when its inputs are known, for an error estimate over a span.
+        statistics: shape (n_trajectories, N, n_statistics).
         watched: shape (n_trajectories, N, n_watched).
         disagreement: of ``Trust``, shape (n_trajectories, N, n_outputs).
         errors: absolute errors, relative to the outputs' scales,
@@ -30,17 +29,13 @@ class Observations:
     """
 
     statistics: FloatArray
-    afterwards: FloatArray
     watched: FloatArray
     disagreement: FloatArray
     errors: FloatArray
 
     def heard(self, quietest: FloatArray) -> Observations:
         """Return the same with the statistics that the head gets."""
-        statistics, afterwards = (
-            not_quieter(part, quietest) for part in (self.statistics, self.afterwards)
-        )
-        return replace(self, statistics=statistics, afterwards=afterwards)
+        return replace(self, statistics=not_quieter(self.statistics, quietest))
 
     def weighed(self, shares: FloatArray) -> Observations:
         """Return the same with the shares, (n_outputs,), of the disagreement."""
@@ -54,36 +49,21 @@ class Observations:
 
 
 def observed(
-    surrogate: Surrogate,
-    companion: StateSpace,
-    blocks: tuple[int, int],
-    split: Split,
-    plain: FloatArray | None,
+    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
 ) -> Observations:
-    """Run both networks along trajectories; values that are not finite are refused later.
+    """Run both networks along trajectories whose inputs are known to the end of each step.
 
-    Errors are those of ``given``, outputs in a plain call, (n_trajectories, N, n_outputs), if it
-    is not None; otherwise of the outputs with all inputs known up to the end of the step.
+    Values that are not finite are refused later.
     """
     scaled = surrogate.input_scaling.apply(split.inputs)
-    networks, forecast, ahead = (companion, surrogate.estimator), surrogate.forecast, None
-    if plain is None:
-        plain = surrogate.predict_newest_batch(split.inputs)
-    elif forecast is not None and forecast.judged:
-        found = forecast.along(split.inputs, surrogate.inputs, surrogate.input_scaling)
-        ahead = surrogate.input_scaling.apply(found)
-    predicted = surrogate.output_scaling.apply(plain)
+    given = surrogate.predict_newest_batch(split.inputs)
+    predicted = surrogate.output_scaling.apply(given)
     with np.errstate(all="ignore"):
-        errors = np.abs(plain - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        seen = statistics_of(networks, blocks, scaled, predicted, ahead)
-        statistics, watched, disagreement = seen
-        afterwards = statistics
-        if ahead is not None:
-            afterwards = statistics_of(networks, blocks, scaled, predicted)[0]
+        errors = np.abs(given - split.outputs[:, 1:]) / surrogate.output_scaling.scale
+        seen = statistics_of((companion, surrogate.estimator), blocks, scaled, predicted)
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
-    parts = statistics, afterwards, watched, disagreement, errors
-    return Observations(*(part[:, filled] for part in parts))
+    return Observations(*(part[:, filled] for part in (*seen, errors)))
 
 
 def require_finite(name: str, mix: Observations) -> None:

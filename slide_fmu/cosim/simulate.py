@@ -17,8 +17,8 @@ from slide_fmu.cosim.importer import ImportedSlave, ValueReader
 from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
-    HELD,
     BY_KEY,
+    HELD,
     INITIAL,
     PREHISTORY_KNOWN,
     REFERENCES_PER_KIND,

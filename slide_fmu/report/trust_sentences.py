@@ -141,28 +141,17 @@ def bound_sentences(
             "Error bounds were calibrated against the model that made the data: the error of that "
             "model against the finer reference is not in them."
         )
-    both = surrogate.bound is not None and surrogate.bound.plain is not None
-    if both and recipe.window.planned:
+    if moving:
         found.append(
-            "There is one bound of the plain call, and one of inputs known to the step's end; the "
-            "FMU takes the one of the present call. The tolerances are those of known inputs: the "
-            "plain call, whose errors are larger, is trusted less often."
-        )
-    elif moving and recipe.window.planned:
-        found.append(
-            "Error bounds were calibrated with inputs known to the step's end: what the plain "
-            "call does not know of a step is not in them."
-        )
-    elif moving:
-        found.append(
-            "Error bounds were calibrated in the plain call, which knows inputs at the start of "
-            "each step: the error of forecasting them to its end is in them. "
-            "An input that jumps acts like a ramp over one step, which is not in them."
+            "Error bounds were calibrated with inputs known to the step's end. Where the FMU "
+            "forecasts them, it measures what that changed in the outputs of the last steps, and "
+            "adds it to the bound, whatever the communication step is. Where an input jumps that "
+            "moved in the training, in_domain is false until the jump has left the memory."
         )
     bound = None if measured is None else measured.error_bound
     covered = None if bound is None else covered_sentence(bound)
     found += [] if covered is None else [covered]
-    call = " with inputs known to the step's end" if both else ""
+    call = " with inputs known to the step's end" if moving else ""
     return [*found, *_sentences_on_trust(recipe.bound, bound, call)]
 
 

@@ -5,7 +5,6 @@ The second reader is the C runtime, ``slide_fmu/fmu/runtime/bytes/payload.c``.
 
 from __future__ import annotations
 
-import dataclasses
 import struct
 
 from slide_fmu.core.byte_reader import Reader
@@ -46,41 +45,6 @@ def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
     factors = section.f64(n_outputs)
     section.done()
     return SpanEstimate(block, factors)
-
-
-def encode_plain(plain: ErrorBound) -> bytes:
-    """Write the content of the section PLAI, the bound in the plain call."""
-    span = [] if plain.span is None else [plain.span.factors]
-    numbers = _f64(plain.factors, plain.limits, plain.floors, plain.shares, *span)
-    return numbers + encode_network(plain.head) + _f64(plain.quietest)
-
-
-def decode_plain(section: Reader, bound: ErrorBound) -> ErrorBound:
-    """Read the content of the section PLAI: return the bound with its bound in the plain call.
-
-    Raises:
-        ValueError: the bytes are not the numbers and the head of an error bound.
-    """
-    n_outputs, span = bound.companion.n_values, bound.span
-    factors = section.f64(bound.factors.size).reshape(bound.factors.shape)
-    limits = section.f64(len(bound.limits))
-    floors, shares = (section.f64(n_outputs).copy() for _ in range(2))
-    if span is not None:
-        span = SpanEstimate(span.block, section.f64(len(span.factors)))
-    head = _decode_head(section, bound.head.n_channels)
-    quietest = section.f64(bound.n_logarithms).copy()
-    section.done()
-    plain = dataclasses.replace(
-        bound,
-        head=head,
-        factors=factors,
-        limits=limits,
-        floors=floors,
-        shares=shares,
-        quietest=quietest,
-        span=span,
-    )
-    return dataclasses.replace(bound, plain=plain)
 
 
 def decode_bound(

@@ -6,15 +6,13 @@ their squares over blocks; their order is that of ``ErrorBound``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.block_means import N_BLOCKS, block_means
+from slide_fmu.core.block_means import block_means
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.base import BEFORE
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
@@ -54,7 +52,6 @@ def statistics_of(
     blocks: tuple[int, int],
     scaled: FloatArray,
     predicted: FloatArray,
-    ahead: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the values that an error bound uses along sequences.
 
@@ -63,9 +60,6 @@ def statistics_of(
         blocks: number of samples in a short and in a long block.
         scaled: scaled inputs, shape (B, N, n_inputs); the first counts as constant before.
         predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
-        ahead: scaled inputs as forecast while their sample is the newest, shape (B, N, n_inputs),
-            if ``predicted`` was computed from them. Earlier samples are known then, also to the
-            companion. (The estimator uses known samples only.)
 
     Returns:
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
@@ -74,60 +68,15 @@ def statistics_of(
     companion, estimator = networks
     features = companion.features.along(scaled)
     values, states = companion.ping_pong_states(features)
-    newest = known = _Seen.of(companion, predicted, values, states, features)
-    if ahead is not None:
-        others = _features_of_newest(companion, scaled, ahead)
-        values, states = companion.ping_pong_states(features, others)
-        newest = _Seen.of(companion, predicted, values, states, others)
-
-    def means(of_known: FloatArray, of_newest: FloatArray, block: int) -> FloatArray:
-        found = block_means(of_known, block)
-        count = N_BLOCKS * block + 1 + np.arange(found.shape[1]) % block
-        return np.maximum(found + (of_newest - of_known) / count[:, None], 0.0)
-
-    short, long = (means(known.squares, newest.squares, block) for block in blocks)
-    of_seen = means(known.values**2, newest.values**2, blocks[1])
+    drive = features[:, :, list(companion.roles.drive)]
+    seen = np.concatenate([states, drive], axis=2).astype(np.float64)
+    squares = (predicted.astype(np.float64) - values.astype(np.float64)) ** 2
+    short, long = (block_means(squares, block) for block in blocks)
+    of_seen = block_means(seen**2, blocks[1])
     watched = np.concatenate([short, long, of_seen], axis=2)
-    parts: list[NDArray[Any]] = [newest.values, logarithms(newest.squares), logarithms(watched)]
+    parts: list[NDArray[Any]] = [seen, logarithms(squares), logarithms(watched)]
     if estimator is not None:
         expected = [estimator.along(sequence, short.shape[2]) for sequence in scaled]
         parts.append(logarithms(np.stack(expected)))
     statistics: FloatArray = np.concatenate(parts, axis=2)
-    return statistics, watched, np.sqrt(np.maximum(newest.squares, short))
-
-
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """_Seen holds the companion's values at every sample of B sequences.
-
-    Attributes:
-        values: states of the companion and the features that drive it, shape (B, N, n_seen).
-        squares: squared disagreement, shape (B, N, n_outputs).
-    """
-
-    values: FloatArray
-    squares: FloatArray
-
-    @staticmethod
-    def of(
-        companion: StateSpace,
-        predicted: FloatArray,
-        values: Float32Array,
-        states: Float32Array,
-        features: Float32Array,
-    ) -> _Seen:
-        drive = features[:, :, list(companion.roles.drive)]
-        seen = np.concatenate([states, drive], axis=2).astype(np.float64)
-        return _Seen(seen, (predicted.astype(np.float64) - values.astype(np.float64)) ** 2)
-
-
-def _features_of_newest(
-    companion: StateSpace, scaled: FloatArray, ahead: FloatArray
-) -> Float32Array:
-    """Return the companion's features (B, N, q) of each sample while it is only forecast."""
-    count, length, _ = scaled.shape
-    before = np.concatenate([np.repeat(scaled[:, :1], BEFORE, axis=1), scaled], axis=1)
-    views = np.lib.stride_tricks.sliding_window_view(before, BEFORE + 1, axis=1)
-    rows = np.moveaxis(views, 3, 2).reshape(count * length, BEFORE + 1, -1).copy()
-    rows[:, -1] = ahead.reshape(count * length, -1)
-    return companion.features.along(rows)[:, -1].reshape(count, length, -1)
+    return statistics, watched, np.sqrt(np.maximum(squares, short))

@@ -97,8 +97,6 @@ class ErrorBound:
         estimator: the surrogate's error estimator, whose estimates the head takes, if it has one.
         span: forms an error estimate from the RMS errors of the head, if the surrogate has no
             estimator.
-        plain: the bound in the plain call, if it is another one: that of planned motions, which
-            are forecast there. Only head and numbers are its own.
     """
 
     companion: StateSpace
@@ -113,7 +111,6 @@ class ErrorBound:
     quietest: FloatArray
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
-    plain: ErrorBound | None = None
 
     def __post_init__(self) -> None:
         short, long = self.blocks
@@ -150,20 +147,6 @@ class ErrorBound:
             self._check_numbers("factors of the estimate", self.span.factors, (n_outputs,))
         self._check_numbers("tolerances", self.tolerances, (n_outputs,))
         self._check_floors()
-        self._check_plain()
-
-    def _check_plain(self) -> None:
-        plain = self.plain
-        if plain is None:
-            return
-        alike = (
-            (one.companion, one.estimator, one.blocks, one.span is None) for one in (self, plain)
-        )
-        if len(set(alike)) > 1 or plain.plain is not None:
-            raise ValueError(
-                "error bound whose bound in the plain call has another companion, estimator or "
-                "blocks; expected the same ones"
-            )
 
     def _check_floors(self) -> None:
         floors, shares, quietest = self.floors, self.shares, self.quietest
@@ -238,8 +221,7 @@ class ErrorBound:
         kept = Layer(last.weights[:n_outputs], last.bias[:n_outputs], last.activation)
         layers = (*before, kept)
         smaller = FeedForward(layers, head.n_samples, head.features, ages=head.ages)
-        plain = None if self.plain is None else self.plain.without_estimate()
-        return dataclasses.replace(self, head=smaller, span=None, plain=plain)
+        return dataclasses.replace(self, head=smaller, span=None)
 
     def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
         """Evaluate along B sequences; each counts as constant before its first input.

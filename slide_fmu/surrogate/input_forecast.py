@@ -43,9 +43,6 @@ class InputForecast:
         sampled: whether the network takes input samples as they are, even if the inputs are curved
             between them: it was trained so, or on measured records, where the motion between
             samples is unknown.
-        judged: whether an error bound judges outputs that were computed while the newest inputs
-            were only forecast. Their difference from the companion includes the error of the
-            forecasts.
         at_step_end: start value of the FMU's parameter ``inputs_at_step_end``: whether a value
             that is set counts as reached by the end of the step, so that nothing is forecast. Only
             FMUs inside an SSP start with 1.
@@ -65,7 +62,6 @@ class InputForecast:
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
     n_scored: int = 24
     sampled: bool = False
-    judged: bool = False
 
     def __post_init__(self) -> None:
         shape, changes = self.weights.shape, self.largest_change

@@ -25,9 +25,6 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
                 network  network                                 the companion and the head
                 f64 quietest[n_logarithms]                       what the head gets at least
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
-    PLAI     := f64 factor[3][n_outputs]  f64 limit[n_watched]   the bound in the plain call
-                f64 floor[n_outputs]  f64 share[n_outputs]
-                f64 factor[n_outputs] (with SPAN)  network  f64 quietest[n_logarithms]
     MOVE     := u32 flags  u32 n_candidates  u32 n_past  u32 n_scored
                 n_inputs x (f64 largest change  f64 weight[n_candidates][n_past])
     RANG     := f64[n_outputs][2]                                of the outputs in the training
@@ -49,16 +46,14 @@ BOUN has the samples in a short and in a long block, the factors for the confide
 0.99, the limits, tolerances, floors that are not negative, shares, the companion and the head
 (``error_bound.py``), which takes the estimates of ESTI where there is one. It is never in a file
 with PARA. SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head
-gives twice the number of values. PLAI is only in files with BOUN: it has other numbers and
-another head of BOUN and SPAN, for the plain call (``ErrorBound.plain``).
+gives twice the number of values.
 
 There is one version for all files: the sections that are present say what a file has. Another
 layout gets another version.
 
 MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
 they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
-inputs_at_step_end = 1; 4, they are samples of measured records; 8, the error bound judges outputs
-that were computed from forecast inputs.
+inputs_at_step_end = 1; 4, they are samples of measured records.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -93,10 +88,8 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_payload import (
     decode_bound,
-    decode_plain,
     decode_span,
     encode_bound,
-    encode_plain,
     encode_span,
 )
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
@@ -117,7 +110,7 @@ Made = TypeVar("Made")
 MAGIC = b"SLIDEFMU"
 HEAD, CHECKSUM = 12, 4
 """Bytes before and after the sections."""
-TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN PLAI MOVE RANG META".split())
+TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
 """Tags of the sections, in their order."""
 VERSION = 12
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
@@ -172,8 +165,6 @@ def _bound_sections(bound: ErrorBound) -> bytes:
     found = _section(b"BOUN", encode_bound(bound))
     if bound.span is not None:
         found += _section(b"SPAN", encode_span(bound.span))
-    if bound.plain is not None:
-        found += _section(b"PLAI", encode_plain(bound.plain))
     return found
 
 
@@ -333,10 +324,7 @@ def _decode_bound(
     section, span = reader.section(b"BOUN"), None
     if _is_next(reader, b"SPAN"):
         span = decode_span(reader.section(b"SPAN"), sizes[1])
-    bound = decode_bound(section, *sizes, estimator, span)
-    if _is_next(reader, b"PLAI"):
-        bound = decode_plain(reader.section(b"PLAI"), bound)
-    return bound
+    return decode_bound(section, *sizes, estimator, span)
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:
@@ -385,7 +373,7 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
 
 
-PLANNED, AT_STEP_END, SAMPLED, JUDGED = 1, 2, 4, 8
+PLANNED, AT_STEP_END, SAMPLED = 1, 2, 4
 """Flags of MOVE."""
 
 
@@ -394,7 +382,7 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
     flags = PLANNED * forecast.planned + AT_STEP_END * forecast.at_step_end
-    flags += SAMPLED * forecast.sampled + JUDGED * forecast.judged
+    flags += SAMPLED * forecast.sampled
     head = struct.pack("<IIII", flags, *sizes)
     body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
     return head + body
@@ -403,13 +391,13 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
     if (
-        flags > PLANNED + AT_STEP_END + SAMPLED + JUDGED
+        flags > PLANNED + AT_STEP_END + SAMPLED
         or n_candidates > MAX_CANDIDATES
         or n_past > MAX_PAST
     ):
         raise ValueError(
             f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
-            f"samples; expected flags up to 15, "
+            f"samples; expected flags up to 7, "
             f"at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
@@ -422,5 +410,4 @@ def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
         planned=bool(flags & PLANNED),
         at_step_end=bool(flags & AT_STEP_END),
         sampled=bool(flags & SAMPLED),
-        judged=bool(flags & JUDGED),
     )

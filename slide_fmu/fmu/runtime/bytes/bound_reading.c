@@ -155,23 +155,6 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
     slide_close_section(file, "SPAN");
 }
 
-void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file) {
-    SlideBoundView *view = &payload->plain;
-    const uint32_t n_outputs = payload->n_outputs;
-    const uint32_t n_watched = payload->bound.n_seen + 2 * n_outputs;
-    *view = payload->bound;
-    slide_open_section(file, "PLAI");
-    read_factors(view, n_outputs, n_watched, file);
-    read_floors(view, n_outputs, file);
-    if (view->span_block > 0) {
-        read_span_factors(view, n_outputs, file);
-    }
-    if (file->good) {
-        read_head(payload, view, file);
-    }
-    slide_close_section(file, "PLAI");
-}
-
 void slide_bound_check_head(const SlidePayload *payload, const SlideBoundView *view,
                             SlideCursor *file) {
     const uint32_t found = view->head.n_values;

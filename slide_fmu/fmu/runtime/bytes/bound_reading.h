@@ -11,9 +11,6 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file);
 /* Take the section SPAN after it, the error estimate of a surrogate without an estimator. */
 void slide_span_read(SlidePayload *payload, SlideCursor *file);
 
-/* Take the section PLAI after these: what judges the plain call. */
-void slide_plain_bound_read(SlidePayload *payload, SlideCursor *file);
-
 /* After all: the head gives a local scale of each output and, with SPAN, its expected error too. */
 void slide_bound_check_head(const SlidePayload *payload, const SlideBoundView *view,
                             SlideCursor *file);

@@ -187,12 +187,11 @@ static void read_forecast(SlidePayload *payload, SlideCursor *file) {
     slide_open_section(file, "MOVE");
     const uint32_t flags = slide_take_u32(file, "MOVE"); /* 1, 4: Python's alone */
     view->at_step_end = (flags & 2u) != 0;
-    view->judged = (flags & 8u) != 0;
     view->n_candidates = slide_take_u32(file, "MOVE");
     view->n_past = slide_take_u32(file, "MOVE");
     view->n_scored = slide_take_u32(file, "MOVE");
     slide_check(file,
-                payload->first_order && flags <= 15 &&
+                payload->first_order && flags <= 7 &&
                     view->n_candidates <= MAX_CANDIDATES && view->n_past >= 1 &&
                     view->n_past <= MAX_PAST && view->n_scored >= 1 &&
                     view->n_scored <= MAX_SCORED,
@@ -252,17 +251,10 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     if (payload->has_bound && file->good && is_next(file, "SPAN")) {
         slide_span_read(payload, file);
     }
-    payload->has_plain = payload->has_bound && file->good && is_next(file, "PLAI");
-    if (payload->has_plain) {
-        slide_plain_bound_read(payload, file);
-    }
     if (payload->has_bound && file->good) {
         slide_bound_check_head(payload, &payload->bound, file);
     }
-    if (payload->has_plain && file->good) {
-        slide_bound_check_head(payload, &payload->plain, file);
-    }
-    payload->forecast = (SlideForecastView){false, false, 0, 1, 1, NULL};
+    payload->forecast = (SlideForecastView){false, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);
     }

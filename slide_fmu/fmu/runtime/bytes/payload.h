@@ -11,7 +11,6 @@ typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 
 /* How inputs that move go on (window/forecast.h); without candidates they are held. */
 typedef struct {
-    bool judged;      /* does the error bound judge what was given by forecast inputs? */
     bool at_step_end; /* does a value that is set count as reached by the end of the step? */
     uint32_t n_candidates, n_past, n_scored;
     const unsigned char *rows; /* f64 [n_inputs][1 + n_candidates * n_past] */
@@ -55,10 +54,8 @@ typedef struct {
     uint32_t positions;         /* squared errors that are averaged, as far apart as samples */
     SlideNetworkView estimator; /* feed-forward */
     const unsigned char *ranges; /* f32 [2][its features], least and largest values */
-    bool has_bound, has_plain;
+    bool has_bound;
     SlideBoundView bound;
-    SlideBoundView plain; /* the same in the plain call, where inputs are forecast, if has_plain:
-                             with numbers and a head of its own */
     SlideForecastView forecast;
     const unsigned char *output_ranges; /* f64 [n_outputs][low, high] in the training, or NULL */
     char guid[48]; /* derived from the bytes, as in slide_fmu/fmu/description/fmi2.py */

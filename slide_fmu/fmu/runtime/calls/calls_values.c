@@ -13,7 +13,7 @@ static double part_filled(const SlideModel *model, const SlideState *state, uint
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
 static bool in_domain(const SlideModel *model, SlideState *state) {
     return slide_bound_knows(slide_stream_bound(model, state)) &&
-           slide_stream_in_range(model, state);
+           slide_stream_in_range(model, state) && !slide_stream_doubtful(model, state);
 }
 
 /* Of an output, oldest first; block: all outputs, of slide_stream_block. Are they finite? */
@@ -60,10 +60,14 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
 
 static bool of_bound(const SlideModel *model) { return model->bound.span_length > 0; }
 
-/* Relative to the scales of the outputs. */
-static const double *error_estimates(const SlideModel *model, SlideState *state) {
-    return of_bound(model) ? slide_stream_bound(model, state)->estimates
-                           : slide_stream_estimate(model, state)->errors;
+/* An error estimate, in the output's unit: of known inputs, and what forecasts of them changed
+ * lately. */
+static double error_estimate(const SlideModel *model, SlideState *state, size_t output) {
+    const double *errors = of_bound(model) ? slide_stream_bound(model, state)->estimates
+                                           : slide_stream_estimate(model, state)->errors;
+    const double forecast = state->ahead.forecast[output], known = errors[output];
+    const double error = forecast > 0 ? sqrt(known * known + forecast) : known;
+    return error * model->output_scaling[output].scale;
 }
 
 /* Do the outputs lie where the training had them? */
@@ -80,7 +84,8 @@ static bool outputs_in_range(const SlideModel *model, const SlideState *state) {
 /* An error bound, in the output's unit. */
 static double error_bound(const SlideModel *model, SlideState *state, size_t output,
                           double confidence) {
-    return slide_bound_of(&model->bound, slide_stream_bound(model, state), output, confidence) *
+    return slide_bound_of(&model->bound, slide_stream_bound(model, state), output, confidence,
+                          state->ahead.forecast[output]) *
            model->output_scaling[output].scale;
 }
 
@@ -122,7 +127,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         }
         break;
     case SLIDE_ERROR_ESTIMATE:
-        values[0] = error_estimates(model, state)[i] * model->output_scaling[i].scale;
+        values[0] = error_estimate(model, state, i);
         break;
     case SLIDE_WINDOW_FILLED:
         values[0] = part_filled(model, state, model->predictor.memory_length);

@@ -105,8 +105,9 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 bool slide_bound_knows(const SlideBoundState *state);
 
 /* The bound of an output, relative to its scale, for a confidence between these. It has a floor,
- * and is at least a share of the disagreement. */
+ * is at least a share of the disagreement, and grows by what forecasts of the inputs changed in the
+ * output lately: forecast, a mean square, relative to the scale too. */
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence);
+                      double confidence, double forecast);
 
 #endif

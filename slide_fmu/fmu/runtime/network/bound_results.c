@@ -8,6 +8,10 @@ static const double MOST_EXPONENT = 60;  /* of the head, to base 2; so is what i
 static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
 static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
 
+/* Of the root mean square of what forecasts of the inputs change in an output, for each confidence:
+ * those of a normal distribution, and a little more since few forecasts make the mean. */
+static const double FORECAST_FACTORS[SLIDE_CONFIDENCES] = {1.7, 2.0, 3.0};
+
 /* About the logarithm to base 2, linear between its powers: read off the bits of the number in
  * single precision. What is too large for it, or no number, counts as infinite. */
 static double logarithm(double square) {
@@ -110,7 +114,7 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 bool slide_bound_knows(const SlideBoundState *state) { return *state->novelty <= 1; }
 
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
-                      double confidence) {
+                      double confidence, double forecast) {
     const size_t row = confidence <= SLIDE_LEAST_CONFIDENCE   ? 0
                        : confidence <= SLIDE_USUAL_CONFIDENCE ? 1
                                                               : 2;
@@ -118,5 +122,7 @@ double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, siz
     const double least = bound->floors[output];
     const double value = sqrt(scaled * scaled + least * least);
     const double apart = bound->shares[output] * state->apart[output];
-    return apart > value ? apart : value;
+    const double known = apart > value ? apart : value;
+    const double ahead = FORECAST_FACTORS[row] * FORECAST_FACTORS[row] * forecast;
+    return ahead > 0 ? sqrt(known * known + ahead) : known;
 }

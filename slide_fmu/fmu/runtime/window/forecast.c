@@ -4,7 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+static const double PI = 3.14159265358979323846;
 static const double BETTER = 0.5; /* of another mean square error */
+
+/* An input jumps that moves faster than any in the training by this factor, which curves between
+ * samples may have, and by more than this part of its range. */
+static const double FASTER = 1.3, SMALL_JUMP = 0.02;
 
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
@@ -212,6 +217,23 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
         best = n - 1;
     }
     return best;
+}
+
+bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                          const double *from, const double *to, double time) {
+    const double part = FASTER * time / forecast->sample_step;
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        const bool of_angle = shape->cosine[i];
+        const double range = of_angle ? 2 : forecast->high[i] - forecast->low[i];
+        const double limit = fmax(part * forecast->largest[i], SMALL_JUMP * range);
+        const double chord = of_angle ? hypot(to[i] - from[i], to[i + 1] - from[i + 1])
+                                      : fabs(to[i] - from[i]);
+        if (chord > (of_angle ? 2 * sin(fmin(0.5 * limit, 0.5 * PI)) : limit)) {
+            return true;
+        }
+        i += of_angle;
+    }
+    return false;
 }
 
 bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,

@@ -44,6 +44,11 @@ size_t slide_forecast_state_size(const SlideForecast *forecast, uint32_t n_input
 void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
                         const SlideHistory *history, SlideForecastState *state);
 
+/* Does any input go from some values to others faster than any did in the training: in a time (s)
+ * further than there in as much of a sample step, and not by a little only? */
+bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                          const double *from, const double *to, double time);
+
 /* Does an input move smoothly from point to point, so that a forecast is better than holding it? Of
  * an angle by its cosine's place. */
 bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,

@@ -33,6 +33,8 @@ typedef struct {
     uint64_t before;    /* place in SlideState.before.predictor */
     uint64_t n_since;   /* samples that this took in since what SlideState.before has; 0: all are
                            others */
+    double doubt;       /* s of the inner time, until when inputs did what samples do not show: they
+                           jumped where they move in the training; or -infinity */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
     uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or

@@ -112,6 +112,22 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
     }
 }
 
+/* Inputs that move in the training, and jump here. */
+static void doubt_jumps(const SlideModel *model, SlideState *state) {
+    const SlideHistoryShape *shape = &model->history;
+    const double *step = slide_history_newest(shape, &state->history);
+    const double *before = slide_history_before(shape, &state->history);
+    const bool ends = shape->first_order && state->head->known != 0;
+    if (!shape->first_order || model->forecast.n_candidates == 0) {
+        return;
+    }
+    const double *from = ends ? step + 1 : before + 1;
+    const double *to = ends ? state->history.end : step + 1;
+    if (slide_forecast_jumps(&model->forecast, shape, from, to, ends ? step[0] : before[0])) {
+        state->head->doubt = slide_clock_time(&state->head->inner);
+    }
+}
+
 /* What the inputs are by the end of the newest step: where they are held they stay, else they are
  * forecast. */
 static void expect(const SlideModel *model, SlideState *state) {
@@ -121,6 +137,7 @@ static void expect(const SlideModel *model, SlideState *state) {
     memcpy(state->history.end, ends ? state->inputs : begin, model->n_inputs * sizeof(double));
     slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
     tell_moving(model, state);
+    doubt_jumps(model, state);
     if (ends) {
         return;
     }
@@ -295,6 +312,11 @@ bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
     const SlideSeen *seen = slide_now(state);
     const uint64_t behind = *seen->samples.count - seen->head->strayed;
     return seen->head->strayed == 0 || behind >= model->predictor.memory_length;
+}
+
+bool slide_stream_doubtful(const SlideModel *model, const SlideState *state) {
+    const double since = slide_clock_time(&state->head->inner) - state->head->doubt;
+    return since < model->predictor.memory_length * model->step;
 }
 
 const float *slide_stream_block(const SlideModel *model, SlideState *state) {

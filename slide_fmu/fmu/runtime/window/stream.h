@@ -28,6 +28,9 @@ double slide_stream_filled(const SlideModel *model, const SlideState *state);
 /* Do the inputs behind the outputs lie in their ranges? */
 bool slide_stream_in_range(const SlideModel *model, SlideState *state);
 
+/* Did inputs do what samples do not show, so lately that it counts? */
+bool slide_stream_doubtful(const SlideModel *model, const SlideState *state);
+
 /* The outputs [n_block][n_outputs] of the newest samples as the network sees them now, oldest
  * first, scaled; after the first step or slide_stream_hold. Valid until the next call. */
 const float *slide_stream_block(const SlideModel *model, SlideState *state);

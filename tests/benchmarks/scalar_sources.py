@@ -16,45 +16,27 @@ import argparse
 import ctypes
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from c_steps import CSteps, load_steps
 from figures_out import measure_and_write
 from source_case import SourceCase, open_case
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.libraries.sources import Sources
 
-STEPS = Path(__file__).parent / "c" / "steps.c"
 TIMES = 5
 """How often an FMU runs before it is the next one's turn."""
 KINDS: dict[str, Sources] = {"vector types": True, "scalar": "scalar"}
-
-
-class Functions(ctypes.Structure):
-    """The functions of an FMU that ``c/steps.c`` calls."""
-
-    _fields_ = [(name, ctypes.c_void_p) for name in ("set", "step", "get")]
-
-
-class Steps(ctypes.Structure):
-    """The steps of ``c/steps.c``."""
-
-    _fields_ = [
-        *[(name, ctypes.c_void_p) for name in ("inputs_at", "outputs_at")],
-        *[(name, ctypes.c_size_t) for name in ("n_inputs", "n_outputs", "n_steps")],
-        ("length", ctypes.c_double),
-        *[(name, ctypes.c_void_p) for name in ("inputs", "outputs")],
-    ]
 
 
 class Runner:
     """A Runner is an instance of an FMU in some library, whose steps C repeats. Final."""
 
     def __init__(self, case: SourceCase, library: Path, steps: ctypes.CDLL) -> None:
-        self._library, self._steps = ctypes.CDLL(str(library)), steps
+        self._library = ctypes.CDLL(str(library))
         instantiate = self._library.fmi2Instantiate
         instantiate.restype = ctypes.c_void_p
         location = (case.folder / "resources").as_uri().encode()
@@ -62,19 +44,12 @@ class Runner:
         self._instance = ctypes.c_void_p(instantiate(b"one", 1, guid, location, None, 0, 0))
         if not self._instance:
             raise RuntimeError(f"{library}: fmi2Instantiate gave NULL")
-        names = ("fmi2SetReal", "fmi2DoStep", "fmi2GetReal")
-        addresses = [ctypes.cast(getattr(self._library, n), ctypes.c_void_p) for n in names]
-        self._functions = Functions(*addresses)
+        references = (case.input_references.tolist(), case.output_references.tolist())
+        self._steps = CSteps(steps, self._library, self._instance, *references)
+        self._inputs, length = case.inputs, case.surrogate.window.step
+        self._times = length * np.arange(len(self._inputs))
+        self._lengths = np.full(len(self._inputs), length)
         self.outputs = np.empty_like(case.outputs)
-        at = (case.input_references, case.output_references)
-        inputs = np.ascontiguousarray(case.inputs)
-        self._kept = (*at, inputs)  # the addresses below are theirs
-        self._of = Steps(
-            *(references.ctypes.data for references in at),
-            *(inputs.shape[1], self.outputs.shape[1], len(inputs)),
-            case.surrogate.window.step,
-            *(inputs.ctypes.data, self.outputs.ctypes.data),
-        )
         self._least_first = self._least = float("inf")
 
     def seconds(self, rounds: int) -> float:
@@ -90,18 +65,15 @@ class Runner:
         return (self._least - self._least_first) / (count - 1)
 
     def _spent(self, count: int) -> float:
-        zero, of = ctypes.c_double(0), Steps.from_buffer_copy(self._of)
-        of.n_steps = count
+        zero = ctypes.c_double(0)
         self._library.fmi2Reset(self._instance)
         self._library.fmi2SetupExperiment(self._instance, 0, zero, zero, 0, zero)
         self._library.fmi2EnterInitializationMode(self._instance)
         self._library.fmi2ExitInitializationMode(self._instance)
-        begin = time.perf_counter()
-        call = ctypes.byref(self._functions), self._instance, ctypes.byref(of)
-        status = self._steps.steps_run(*call)
-        spent = time.perf_counter() - begin
-        if status != 0:
-            raise RuntimeError(f"a step failed with status {status}")
+        outputs, spent = self._steps.run(
+            self._times[:count], self._lengths[:count], self._inputs[:count]
+        )
+        self.outputs[:count] = outputs
         return spent
 
 
@@ -120,7 +92,7 @@ def measure_fmu(fmu: Path, rounds: int, optimize: str) -> dict[str, Any]:
     """Figures of one FMU, by what runs it."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        steps = ctypes.CDLL(str(compiled([STEPS], folder / "steps.so", "-O2")))
+        steps = load_steps(folder)
         runners = {}
         for kind, sources in KINDS.items():
             case = open_case(fmu, folder, sources)

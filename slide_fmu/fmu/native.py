@@ -28,9 +28,9 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 __all__ = ["NativeError", "NativeSurrogate", "kernels", "library_path"]
 
-TOGETHER, TOGETHER_BACK = 32, 8
-"""Number of sequences evaluated together in the C runtime (``record_kernel.h``), and in reverse
-mode, in double precision. Threads share whole groups."""
+TOGETHER, TOGETHER_BACK = 16, 8
+"""Number of sequences that are worth a thread of their own, and in reverse mode, in double
+precision: in the C runtime (``record_kernel.h``) so many together are about as fast as more."""
 
 
 class NativeSurrogate:

@@ -126,3 +126,16 @@ def test_unsettled_cells_are_run_as_long_as_the_window() -> None:
     )
     other = random_surrogate(replace(Shape(n_in=41, n_out=10, cell=cell)))
     assert np.any(NativeSurrogate(other).predict(records) != one_state(surrogate, records))
+
+
+@pytest.mark.parametrize("cell", CELLS.values(), ids=CELLS.keys())
+def test_record_has_the_same_bits_in_a_batch_of_any_size(cell: CellShape) -> None:
+    """However many records go together: 1, 4, 8, 16 or 32 of them."""
+    surrogate = random_surrogate(Shape(cell=cell, n_outputs=2, n_inputs=2, differences=1))
+    records = records_of(surrogate, 40, 9)
+    for kernel in range(len(kernels())):
+        native = NativeSurrogate(surrogate, kernel)
+        alone = np.array([native.predict(record) for record in records])
+        for count in range(1, len(records) + 1):
+            found = native.predict(records[:count], threads=1)
+            assert found.tobytes() == alone[:count].tobytes()

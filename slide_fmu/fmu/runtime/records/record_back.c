@@ -5,7 +5,6 @@
 #include <math.h>
 
 typedef double Real;
-enum { TOGETHER = SLIDE_TOGETHER_EXACT };
 #include "record_sums.h"
 
 /* tanh |x| = -t / (2 + t) with t = exp(-2 |x|) - 1: n ln 2 + r, a Taylor polynomial in r, and

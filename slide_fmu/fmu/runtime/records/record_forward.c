@@ -5,7 +5,6 @@
 #include <math.h>
 
 typedef float Real;
-enum { TOGETHER = SLIDE_TOGETHER };
 #include "record_sums.h"
 
 /* Numerator and denominator of tanh: polynomials in x and x^2, fitted for single precision (Eigen).

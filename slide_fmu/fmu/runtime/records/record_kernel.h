@@ -10,8 +10,9 @@
 #include <stdbool.h>
 
 enum {
-    SLIDE_TOGETHER = 32,      /* records that go together in single precision; or there is one */
+    SLIDE_TOGETHER = 32,      /* the most records that go together in single precision */
     SLIDE_TOGETHER_EXACT = 8, /* the same in double precision */
+    SLIDE_FEWEST = 4,         /* the fewest that do; those and the most by powers of two, or one */
     SLIDE_POINTS = 512,       /* samples of a block, those of all its records counted */
     SLIDE_LEAD = SLIDE_BEFORE * SLIDE_TOGETHER, /* room for those before a block */
     SLIDE_ROOM = SLIDE_LEAD + SLIDE_POINTS + 8  /* and for a register that ends behind it */

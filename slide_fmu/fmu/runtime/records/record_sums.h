@@ -1,5 +1,5 @@
-/* Matrices times vectors of many records, or of one. Who includes this says before what numbers
- * are, Real, and how many records go together, TOGETHER. Each result adds its terms in the same
+/* Matrices times vectors of some records, or of one. Who includes this says before what numbers
+ * are, Real. Each result adds its terms in the same
  * order whether there are many records or one: its bits are the same. */
 #ifndef SLIDE_RECORD_SUMS_H
 #define SLIDE_RECORD_SUMS_H
@@ -8,21 +8,9 @@
 
 #include <string.h>
 
-#if defined(__AVX512F__)
-enum { REGISTER = 64, TILE = 8 }; /* bytes; rows of a panel that are summed up together */
-#elif defined(__AVX2__)
-enum { REGISTER = 32, TILE = 4 };
-#else
-enum { REGISTER = 16, TILE = 4 };
-#endif
-enum {
-    WIDTH = REGISTER / sizeof(Real),
-    STRIP = 2 * WIDTH <= TOGETHER ? 2 : 1, /* registers of records that go together */
-    AT_ONCE = 4                            /* panels of one record */
-};
+enum { AT_ONCE = 4 }; /* panels of one record that are summed up together */
 
 /* Vector extension of GCC and Clang, at any alignment. */
-typedef Real Wide __attribute__((vector_size(REGISTER), aligned(sizeof(Real)), may_alias));
 typedef Real Panel
     __attribute__((vector_size(SLIDE_LANES * sizeof(Real)), aligned(sizeof(Real)), may_alias));
 
@@ -41,38 +29,43 @@ typedef struct {
     size_t n_rows;
 } Sum;
 
-/* Some rows of a panel, for a strip of records from a place on. */
-SLIDE_INLINE void sum_tile(const Sum *sum, size_t first, size_t n_rows, size_t at, Real *y) {
-    const size_t panel = first / SLIDE_LANES, row = first % SLIDE_LANES;
-    Wide sums[TILE][STRIP];
-    for (size_t i = 0; i < n_rows; ++i) {
-        for (size_t k = 0; k < STRIP; ++k) {
-            if (sum->start == NULL) {
-                sums[i][k] = sum->constants[first + i] - (Wide){0};
-            } else {
-                sums[i][k] = ((const Wide *)(sum->start + (first + i) * TOGETHER + at))[k];
-            }
-        }
-    }
-    for (size_t part = 0; part < sum->n_products; ++part) {
-        const Product *product = &sum->products[part];
-        const Real *w = product->weights + panel * product->n_in * SLIDE_LANES + row;
-        const Real *x = product->x + at;
-        for (size_t j = 0; j < product->n_in; ++j, w += SLIDE_LANES, x += TOGETHER) {
-            for (size_t k = 0; k < STRIP; ++k) {
-                const Wide of_records = ((const Wide *)x)[k];
-                for (size_t i = 0; i < n_rows; ++i) {
-                    sums[i][k] += w[i] * of_records;
-                }
-            }
-        }
-    }
-    for (size_t i = 0; i < n_rows; ++i) {
-        for (size_t k = 0; k < STRIP; ++k) {
-            ((Wide *)(y + (first + i) * TOGETHER + at))[k] = sums[i][k];
-        }
-    }
-}
+/* The fewer records go together, the narrower registers are filled with them; as many sums as
+ * registers have room for fill each other's waiting times. */
+#if defined(__AVX512F__)
+#define WIDEST 64 /* bytes of a register */
+#define PAIRED 8  /* rows of a panel whose sums, two registers each, there is room for */
+#elif defined(__AVX2__)
+#define WIDEST 32
+#define PAIRED 4
+#else
+#define WIDEST 16
+#define PAIRED 4
+#endif
+
+#define TILE_NAME sum_by_pairs
+#define TILE_BYTES WIDEST
+#define TILE_STRIP 2
+#define TILE_ROWS PAIRED
+#include "record_tile.h"
+#if WIDEST >= 64
+#define TILE_NAME sum_by_64
+#define TILE_BYTES 64
+#define TILE_STRIP 1
+#define TILE_ROWS SLIDE_LANES
+#include "record_tile.h"
+#endif
+#if WIDEST >= 32
+#define TILE_NAME sum_by_32
+#define TILE_BYTES 32
+#define TILE_STRIP 1
+#define TILE_ROWS SLIDE_LANES
+#include "record_tile.h"
+#endif
+#define TILE_NAME sum_by_16
+#define TILE_BYTES 16
+#define TILE_STRIP 1
+#define TILE_ROWS SLIDE_LANES
+#include "record_tile.h"
 
 /* Some panels of one record. */
 SLIDE_INLINE void sum_panels(const Sum *sum, size_t panel, size_t n_panels, Real *y) {
@@ -101,28 +94,39 @@ static void sum_of_one(const Sum *sum, Real *y) {
     for (; panel + AT_ONCE <= n_panels; panel += AT_ONCE) {
         sum_panels(sum, panel, AT_ONCE, y);
     }
-    for (; panel < n_panels; ++panel) {
+    switch (n_panels - panel) { /* together: each sum waits for its last term */
+    case 3:
+        sum_panels(sum, panel, 3, y);
+        break;
+    case 2:
+        sum_panels(sum, panel, 2, y);
+        break;
+    case 1:
         sum_panels(sum, panel, 1, y);
+        break;
+    default:
+        break;
     }
 }
 
-/* y [panels of n_rows][SLIDE_LANES][records], of the rows behind n_rows not all; y may be start. */
+/* y [panels of n_rows][SLIDE_LANES][records], of the rows behind n_rows not all; y may be start.
+ * Records are one, or as many as fill some registers of 16 bytes, a power of two. */
 SLIDE_CALLED void sum_up(const Sum *sum, size_t records, Real *y) {
+    const size_t size = records * sizeof(Real);
     if (records == 1) {
         sum_of_one(sum, y);
-        return;
-    }
-    for (size_t row = 0; row < sum->n_rows; row += SLIDE_LANES) {
-        const bool half = sum->n_rows - row <= SLIDE_LANES / 2;
-        for (size_t at = 0; at < TOGETHER; at += STRIP * WIDTH) {
-            if (half) {
-                sum_tile(sum, row, SLIDE_LANES / 2, at, y);
-            } else {
-                for (size_t i = 0; i < SLIDE_LANES; i += TILE) {
-                    sum_tile(sum, row + i, TILE, at, y);
-                }
-            }
-        }
+    } else if (size >= 2 * WIDEST) {
+        sum_by_pairs(sum, records, y);
+#if WIDEST >= 64
+    } else if (size == 64) {
+        sum_by_64(sum, records, y);
+#endif
+#if WIDEST >= 32
+    } else if (size == 32) {
+        sum_by_32(sum, records, y);
+#endif
+    } else {
+        sum_by_16(sum, records, y);
     }
 }
 

@@ -65,7 +65,7 @@ SlideRecordCell slide_records_cell(const SlideNetwork *network);
 void slide_records_place_scratch(SlideRecordScratch *scratch, const SlideRecordCell *cell,
                                  size_t places, size_t number, SlideArena *arena);
 
-/* Records that go together from one on: all that are left, at most so many; or one. */
+/* Records that go together from one on, at most so many: a power of two, or one. */
 SlideGroup slide_records_group(const SlideRecords *records, const SlideRecordList *list,
                                size_t first, size_t together);
 

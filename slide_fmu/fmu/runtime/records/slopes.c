@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TOGETHER = SLIDE_TOGETHER_EXACT };
 
 static size_t state_size(const SlideSlopes *slopes, const SlideGroup *group) {
     return slopes->cell.state_panels * SLIDE_LANES * group->places;
@@ -142,10 +141,12 @@ bool slide_slopes_run(const SlideSlopes *slopes, const SlideRecordList *list,
     const size_t of_inputs = list->length * records->n_inputs;
     bool good = true;
     memset(gradient, 0, list->count * of_inputs * sizeof *gradient);
-    for (size_t first = 0; good && first < list->count; first += TOGETHER) {
-        const SlideGroup group = slide_records_group(records, list, first, TOGETHER);
+    for (size_t first = 0; good && first < list->count;) {
+        const SlideGroup group =
+            slide_records_group(records, list, first, SLIDE_TOGETHER_EXACT);
         good = pull_group(slopes, &group, weights + first * of_outputs,
                           gradient + first * of_inputs);
+        first += group.list.count;
     }
     return good;
 }

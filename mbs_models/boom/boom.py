@@ -70,6 +70,8 @@ class Boom(PlantSystem[MovedPlant], Linearizable):
         ValueError: a value is out of its range.
     """
 
+    solved_by = "generalized-alpha"
+
     def __init__(
         self,
         *,

@@ -115,6 +115,8 @@ class SpringMassSystem(WiredSystem, RandomStates, Linearizable):
     The coordinates are the positions of the masses in m. Interface: never instantiated.
     """
 
+    solved_by = "RK67"
+
     def __init__(
         self,
         row: SpringMasses,

@@ -71,6 +71,8 @@ class Robot6R(PlantSystem[ManipulatorPlant], RandomStates, Linearizable, Chained
         ValueError: a value is out of its range.
     """
 
+    solved_by = "trapezoidal rule"
+
     chain: SerialChain
 
     def __init__(

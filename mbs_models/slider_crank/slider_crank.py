@@ -51,6 +51,8 @@ class SliderCrank(PlantSystem[SliderCrankPlant], RandomStates, Linearizable):
         ValueError: a value is out of its range.
     """
 
+    solved_by = "generalized-alpha"
+
     def __init__(  # noqa: PLR0913 (each is a number that recipes may give)
         self,
         *,

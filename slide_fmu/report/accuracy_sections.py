@@ -15,6 +15,7 @@ from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
 from slide_fmu.report.limits import meaning_of
+from slide_fmu.report.speed import speed_section
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
 from slide_fmu.report.trust_charts import ratio_chart
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
@@ -77,8 +78,10 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
         details.append(estimate_section(validations, figures))
     if main.surrogate.bound is not None:
         details += bound_sections(validations, figures)
-    text = "Both measured in one run on one machine."
-    details.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
+    timing, text = in_range.timing, "Both measured in one run on one machine."
+    details.append(ReportSection("Time per step", text, timing_table(timing)))
+    if timing.speed is not None:
+        details.append(speed_section(timing.speed))
     return [*sections, *folded(details)]
 
 

@@ -9,9 +9,10 @@ from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import decimal, ratio_text
+from slide_fmu.core.readable import decimal
 from slide_fmu.core.units import behind
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.speed import speed_text
 from slide_fmu.report.validity import is_valid
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import (
@@ -327,8 +328,6 @@ def _times_of(subject: Subject) -> str:
 
 
 def _time(found: Timing) -> str:
-    """Say the time of a step of the FMU and of the model."""
-    text = f"A step takes {found.fmu_step_us:.3g} µs"
-    if found.speedup is None:
-        return f"{text}. "
-    return f"{text}, one of the model {ratio_text(found.speedup)} times as long. "
+    """Say the time of a step of the FMU, and of the model at equal accuracy."""
+    text = f"A step takes {found.fmu_step_us:.3g} µs. "
+    return text if found.speed is None else f"{text}{speed_text(found.speed)} "

@@ -8,6 +8,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.speed import speed_text
 from slide_fmu.report.validity import is_valid
 from slide_fmu.report.verdict import MISSING, Subject, verdict, worst_output
 from slide_fmu.validation.error_figures import (
@@ -112,10 +113,8 @@ def _validity(trained: list[bool], unseen: list[bool]) -> Fact | None:
 
 def _speed(found: Timing) -> Fact:
     step = f"{found.fmu_step_us:.3g} µs"
-    if found.speedup is None:
+    if found.speed is None:
         return Fact("Speed", step, "A step of the FMU takes this time.")
-    speedup = f"{ratio_text(found.speedup)} times"
-    if found.speedup < 1:
-        slower = f"{ratio_text(1 / found.speedup)} times as long as the model"
-        return Fact("Speed", speedup, f"A step takes {step}, which is {slower}.", good=False)
-    return Fact("Speed", speedup, f"Faster than its model: {step} a step.")
+    good = None if found.speed.ratio >= 1 else False
+    text = f"A step takes {step}. {speed_text(found.speed)}"
+    return Fact("Speed", f"{ratio_text(found.speed.ratio)} times", text, good)

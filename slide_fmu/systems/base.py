@@ -136,6 +136,10 @@ class System(Source):
         climbs: whether its steps hold their inputs, so that moving ones are stairs.
         finer: the same system between its samples; None where inputs go straight from one to the
             next.
+        solved_by: name of what integrates it, for people; None where it is not known.
+        fineness: parameters of its specification that say how finely it is solved, with the values
+            that act: numbers of steps in a sample step, whose names end with ``substeps``, or
+            tolerances. Empty where it does not tell.
     """
 
     own_step: float | None = None
@@ -143,6 +147,8 @@ class System(Source):
     input_remark: str | None = None
     climbs: bool = False
     finer: Finer | None = None
+    solved_by: str | None = None
+    fineness: Mapping[str, float] = MappingProxyType({})
 
     @abc.abstractmethod
     def simulate(self, inputs: FloatArray) -> FloatArray:

@@ -122,12 +122,61 @@ class EstimateFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Solved:
+    """This is a model with one setting of its solver.
+
+    Attributes:
+        model: ``reference``, or ``model`` for the one that made the data where that is another.
+        solver: name of what integrates it.
+        setting: how finely, for people, as ``"rtol = 1e-06, atol = 1e-09"``.
+        relative_error: RMS over the outputs of their relative RMSE against the finest reference.
+        seconds: time that a simulated second takes, in s.
+    """
+
+    model: str
+    solver: str
+    setting: str
+    relative_error: float
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedFigures:
+    """These compare the time of an FMU with that of a model which errs no less.
+
+    Attributes:
+        finest: the reference as it is, which is the truth here.
+        loosened: the fastest setting that errs at most as much as the FMU; the finest one where
+            none was found.
+        relative_error: of the FMU, as of ``Solved``, with inputs known to the step's end.
+        seconds: time of set, doStep and get of the FMU through fmpy for a simulated second, in s.
+        ratio: time of the loosened model over that of the FMU.
+        can_be_loosened: whether there are other settings of the reference.
+        complete: whether all of the search was done within the time for it.
+    """
+
+    finest: Solved
+    loosened: Solved
+    relative_error: float
+    seconds: float
+    ratio: float
+    can_be_loosened: bool
+    complete: bool
+
+
+@dataclass(frozen=True, kw_only=True)
 class Timing:
-    """These are median times of a step; the reference has none where it was measured."""
+    """These are times of a step, of the FMU with all that it says of its error.
+
+    Attributes:
+        fmu_step_us: median of the FMU.
+        reference_step_us: of the reference as it is; None where it was measured.
+        speed: the comparison at equal accuracy; None where it was not made.
+    """
 
     fmu_step_us: float
     reference_step_us: float | None = optional()
-    speedup: float | None = optional()
+    speed: SpeedFigures | None = optional()
 
 
 @checked_dataclass(frozen=True, kw_only=True)

@@ -23,6 +23,7 @@ from slide_fmu.validation.error_figures import (
     ParameterFigures,
     ParameterPoint,
     Quantiles,
+    SpeedFigures,
     Timing,
     ValidationFigures,
 )
@@ -50,6 +51,7 @@ class Validation:
         left_out: errors of the system on trajectories beyond the range, which are left out.
         noise: RMS of the noise of the measured outputs, (n_outputs,); None of a simulated
             reference, or where it is not known.
+        speed: the comparison of times at equal accuracy, where it was made.
     """
 
     task: Task
@@ -60,6 +62,7 @@ class Validation:
     usual: FloatArray | None = None
     left_out: tuple[str, ...] = ()
     noise: FloatArray | None = None
+    speed: SpeedFigures | None = None
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
@@ -296,16 +299,14 @@ class Validation:
         """Return times per step; with measured records only the FMU has one.
 
         The FMU's is the median of its steps. The reference is timed by whole trajectories, which
-        other programs may slow down: the fastest one counts, so that no speed-up is too large.
+        other programs may slow down: the fastest one counts.
         """
         times = [np.concatenate([c.step_seconds[i] for c in self.comparisons]) for i in (0, 1)]
         fmu = float(np.median(times[0]))
         if not len(times[1]):
             return Timing(fmu_step_us=1e6 * fmu)
         reference = float(np.min(times[1]))
-        return Timing(
-            fmu_step_us=1e6 * fmu, reference_step_us=1e6 * reference, speedup=reference / fmu
-        )
+        return Timing(fmu_step_us=1e6 * fmu, reference_step_us=1e6 * reference, speed=self.speed)
 
 
 def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,8 +24,10 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.error_figures import SpeedFigures
 from slide_fmu.validation.known_truth import compare_with_truth
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.speed import relative_error, speed_at_equal_accuracy
 from slide_fmu.validation.task import Task
 
 WORTH_PROCESSES = 20.0
@@ -89,8 +91,8 @@ def validate_against(
         case = case.with_recipe(case.recipe.with_held_out_kinds())
     recipe = case.recipe
     count = task.trajectories or recipe.validation.trajectories
-    corners = case.corners() if recipe.parameters else []
-    total = count + len(corners)
+    ends = case.corners() if recipe.parameters else []
+    total = count + len(ends)
     duration = task.duration or recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, task.seed, task.amplitude, duration)
     needed = recipe.shortest_validation()
@@ -104,12 +106,15 @@ def validate_against(
         bench = _Bench(files, surrogate, case, stream)
         comparisons = _measure_all(bench, count, workers, lambda n, _: progress(n, total))
         at_corners = []
-        for index, corner in enumerate(corners):
+        for index, corner in enumerate(ends):
             at_corners.append(_measure(bench, count + index, corner))
             progress(count + index + 1, total)
         found, lost = _divided(comparisons)
         found = _timed(bench, found)
-    return Validation(task, surrogate, recipe, found, tuple(at_corners), left_out=lost)
+        in_range = not (stream.beyond or task.held_out)
+        speed = _speed(bench, found) if in_range else None
+    corners = tuple(at_corners)
+    return Validation(task, surrogate, recipe, found, corners, left_out=lost, speed=speed)
 
 
 def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
@@ -136,6 +141,13 @@ def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ..
     seconds = first_that_runs(bench.case.recipe, system, stream, 0, run)
     first = replace(found[0], step_seconds=(found[0].step_seconds[0], seconds))
     return (first, *found[1:])
+
+
+def _speed(bench: _Bench, found: Sequence[Comparison]) -> SpeedFigures:
+    """Compare times at equal accuracy, that of the FMU on all trajectories."""
+    truth = np.concatenate([one.reference for one in found])
+    error = relative_error(np.concatenate([one.error for one in found]), truth)
+    return speed_at_equal_accuracy(bench.fmu, bench.surrogate, bench.case, bench.stream, error)
 
 
 def _measure_all(

@@ -31,6 +31,13 @@ cannot resolve. ``trapezoidal``: the trapezoidal rule with constraints on veloci
 damps nothing, and the constraints on positions drift with time.
 """
 
+INTEGRATOR_NAMES: dict[Integrator, str] = {
+    "explicit": "RK67",
+    "generalized_alpha": "generalized-alpha",
+    "trapezoidal": "trapezoidal rule",
+}
+"""What people call them."""
+
 _SPECTRAL_RADIUS = 0.9
 """Spectral radius of the generalized-alpha method at infinite frequency."""
 _SMALLEST_SUBSTEP = 1.0 / 64.0
@@ -65,6 +72,7 @@ class Plant:
     Attributes:
         mbs: the exudyn system; change loads and parameters there between two steps.
         step, substeps: sample step h in s, and integration steps in it.
+        integrator: how it is integrated.
         continuous: whether forces are continuous in time from sample to sample; if not, every step
             of an implicit integrator begins with accelerations of its own.
         before_substep: is called with a time in s since the last sample, before the substep of an
@@ -91,7 +99,7 @@ class Plant:
         sensors see accelerations at the end of an explicit step.
         """
         self.mbs: Any = mbs
-        self.step, self.substeps = step, substeps
+        self.step, self.substeps, self.integrator = step, substeps, integrator
         self.continuous, self.has_kinks = True, False
         self.before_substep: Callable[[float], None] = lambda time: None
         self._container = container

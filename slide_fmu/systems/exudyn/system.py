@@ -22,7 +22,7 @@ from slide_fmu.systems.declared import (
     read_declared,
 )
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.exudyn.plant import Integrator, Plant
+from slide_fmu.systems.exudyn.plant import INTEGRATOR_NAMES, Integrator, Plant
 from slide_fmu.systems.exudyn.wired_system import PlantSolver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 from slide_fmu.systems.specification import (
@@ -127,6 +127,8 @@ class _ExudynSystem(WiredSystem):
             self.advance(self._last_input)
             self.set_state(self._start)
         model.wires.require_readers()
+        self.solved_by = INTEGRATOR_NAMES[model.plant.integrator]
+        self.fineness = {"substeps": model.plant.substeps}
 
     @property
     def plant(self) -> Plant:

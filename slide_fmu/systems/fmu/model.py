@@ -31,7 +31,7 @@ from slide_fmu.systems.fmu.file import (
     split_options,
 )
 from slide_fmu.systems.fmu.runs import FAILURES, Runs
-from slide_fmu.systems.fmu.solver import SolverSteps
+from slide_fmu.systems.fmu.solver import TOLERANCE, SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (
     parameters_of,
@@ -113,6 +113,23 @@ def describe(model: str) -> Declared:
     )
 
 
+def _solver_of(plan: Plan) -> tuple[str, dict[str, float]]:
+    """Name what integrates an FMU, and the options that say how finely it does."""
+    options, file = plan.file.options, plan.file
+    tolerance, substeps = f"{PREFIX}tolerance", f"{PREFIX}substeps"
+    if file.interface == "model_exchange":
+        if options.solver == "Euler":
+            return "Euler's method", {substeps: options.substeps}
+        return options.solver, {tolerance: options.tolerance or TOLERANCE}
+    found: dict[str, float] = {}
+    experiment = getattr(file.description.defaultExperiment, "tolerance", None)
+    if own := options.tolerance or float(experiment or 0.0):
+        found[tolerance] = own
+    if plan.ramped and not file.interpolates and options.step is None:
+        found[substeps] = options.substeps
+    return "the FMU's own solver", found
+
+
 class FmuSystem(Stepping):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
@@ -131,6 +148,7 @@ class FmuSystem(Stepping):
         self.own_step = plan.file.held_step
         self.climbs = plan.file.interface == "co_simulation" and not plan.file.interpolates
         self.plan = plan
+        self.solved_by, self.fineness = _solver_of(plan)
         self._runs = Runs(self._make_steps)
 
     def _make_steps(self) -> FmuSteps:

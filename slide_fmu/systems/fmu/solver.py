@@ -16,7 +16,8 @@ from slide_fmu.systems.fmu.steps import FmuSteps, Plan, StoppedError
 from slide_fmu.systems.function.equilibrium import state_matrix
 
 TOLERANCE = 1e-8
-"""Relative tolerance of CVode: it starts anew at every sample, so 1e-6 is hardly faster."""
+"""Relative tolerance of CVode where none is given: it starts anew at every sample, so 1e-6 is
+hardly faster."""
 
 MOST_PARTS = 10_000
 """An FMU with more events within one sample step is stopped: it does not come to an end."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -98,10 +100,23 @@ class FunctionSystem(Linearizable, Bending):
                 one.finite(state, read_only(held), self._p, read_only(np.zeros_like(held)))
         except SimulationError as error:
             raise LoadError(f"{error}, at the start: correct the model") from error
+        self.solved_by = self.solver.method
         self.follows_rates = function.takes_rates or self._g.takes_rates
         self._advanced, self._calls = 0, 0
         self._stiff: tuple[str, ...] = ()
         self.set_state(State(state, np.zeros(0), held))
+
+    @property
+    def solver(self) -> Solver:
+        """Say how f is integrated."""
+        return self._equations.solver
+
+    def with_solver(self, solver: Solver) -> FunctionSystem:
+        """Return the same system at the same state, integrated in another way."""
+        other = copy.copy(self)
+        other._equations = replace(self._equations, solver=solver)
+        other.solved_by = solver.method
+        return other
 
     def _require_rates(self, function: UserFunction) -> None:
         if function.takes_rates and hold_of(self.inputs) == "zero_order":

@@ -1,0 +1,62 @@
+"""What is said and shown of the time of an FMU: beside its model, at equal accuracy."""
+
+from __future__ import annotations
+
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import duration, ratio_text
+from slide_fmu.report.html_report import ReportSection
+from slide_fmu.report.table import ReportTable
+from slide_fmu.validation.error_figures import Solved, SpeedFigures
+
+MEANING = (
+    "The model's solver is loosened until it errs as much as the FMU; compared is the fastest "
+    "setting that errs no more. Errors are those of known inputs: RMSEs over the RMS of the truth "
+    "about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its outputs "
+    "through fmpy are timed."
+)
+
+
+def speed_text(found: SpeedFigures) -> str:
+    """Say how much longer the model takes, by which solver, and how accurate both are."""
+    loosened, finest = found.loosened, found.finest
+    times = f"takes {ratio_text(found.ratio)} times as long"
+    if not found.can_be_loosened:
+        return (
+            f"Its model, by {finest.solver} {finest.setting}, {times}; there is no other setting "
+            f"that errs as much as the FMU ({percent(found.relative_error)})."
+        )
+    if loosened.relative_error == 0.0:
+        text = f"Its model, by {_by(finest)}, {times}: no looser setting errs as little as the FMU"
+        text += f" ({percent(found.relative_error)})."
+    else:
+        text = (
+            f"At equal accuracy its model {times}: {_by(loosened)} errs "
+            f"{percent(loosened.relative_error)}, the FMU {percent(found.relative_error)}. The "
+            f"truth is {_by(finest)}, which {_more(found)}."
+        )
+    if not found.complete:
+        text += " The search for faster settings was stopped, since it took long."
+    return text
+
+
+def _by(solved: Solved) -> str:
+    return f"{solved.solver} with {solved.setting}"
+
+
+def _more(found: SpeedFigures) -> str:
+    return f"takes {ratio_text(found.finest.seconds / found.seconds)} times as long as the FMU"
+
+
+def speed_section(found: SpeedFigures) -> ReportSection:
+    """Return the section with errors and times of the FMU, and of its model at both settings."""
+    rows = [("FMU", percent(found.relative_error), duration(found.seconds))]
+    rows += [
+        (f"{name}: {_by(solved)}", percent(solved.relative_error), duration(solved.seconds))
+        for name, solved in (
+            ("model at equal accuracy", found.loosened),
+            ("finest model, the truth", found.finest),
+        )
+    ]
+    heading = ("in one run on one machine", "relative RMSE", "a simulated second takes")
+    text = f"{speed_text(found)} {MEANING}"
+    return ReportSection("Time at equal accuracy", text, ReportTable.of(heading, rows))

@@ -126,7 +126,7 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
         "relative_rmse",
         "max_error",
     } <= set(figures["outputs"][0])
-    assert set(figures["timing"]) == {"fmu_step_us", "reference_step_us", "speedup"}
+    assert set(figures["timing"]) == {"fmu_step_us", "reference_step_us", "speed"}
     assert figures["trajectories"] == 3
     assert figures["seed"] == 5
     assert (tmp_path / "runs" / duffing.name / "validation" / "report.html").is_file()

@@ -175,7 +175,11 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
                                              {"coverage": 0.941, "width": None}]}  # fmt: skip
     deviations = [{"mean": 0.4, "constant_mean": 0.6}]
     estimate = {"without_floor": deviations, "plain": [{"mean": 0.51, "constant_mean": 0.57}]}
-    timing = {"fmu_step_us": 5.0, "speedup": 240.0}
+    solved = {"model": "reference", "solver": "RK45", "setting": "rtol = 1e-3", "seconds": 0.24}
+    speed = {"finest": {**solved, "relative_error": 0.0}, "relative_error": 0.02, "seconds": 1e-3,
+             "loosened": {**solved, "relative_error": 0.01}, "ratio": 240.0,
+             "can_be_loosened": True, "complete": True}  # fmt: skip
+    timing = {"fmu_step_us": 5.0, "speed": speed}
     outputs = [{"relative_rmse": 0.01}]
     measured = {
         "validation": {
@@ -193,7 +197,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     assert "of 95 % covers 94.1 % to 95.6 % of the samples. On average it is up to 0.61" in text
     assert "differs from the true error by 40 %; the best constant estimate would" in text
     assert "differ by 60 %. In the plain call, these are 51 % and 57 %." in text
-    assert "240 times as long" in text
+    assert "its model takes 240 times as long: RK45 with rtol = 1e-3 errs 1 %" in text
     assert "1 to 3 times the amplitude: 0.4 %" in text
     assert "Other kinds of input that were measured: 0.4 %" in text
 

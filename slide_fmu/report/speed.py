@@ -30,13 +30,17 @@ def speed_text(found: SpeedFigures) -> str:
         text += f" ({percent(found.relative_error)})."
     else:
         text = (
-            f"At equal accuracy its model {times}: {_by(loosened)} errs "
+            f"At equal accuracy {_name(loosened)} {times}: {_by(loosened)} errs "
             f"{percent(loosened.relative_error)}, the FMU {percent(found.relative_error)}. The "
             f"truth is {_by(finest)}, which {_more(found)}."
         )
     if not found.complete:
         text += " The search for faster settings was stopped, since it took long."
     return text
+
+
+def _name(solved: Solved) -> str:
+    return "its model" if solved.model == "reference" else "the model that made its data"
 
 
 def _by(solved: Solved) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,3 +81,19 @@ def test_text_names_solvers_settings_and_errors() -> None:
         "At equal accuracy its model takes 4 times as long: RK45 with rtol = 1e-4 errs 1 %, the "
         "FMU 2 %. The truth is DOP853 with rtol = 1e-06, which takes 20 times as long as the FMU."
     )
+
+
+def test_text_names_the_model_that_made_the_data() -> None:
+    solved = Solved(
+        model="model", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
+    )
+    found = SpeedFigures(
+        finest=replace(solved, model="reference", relative_error=0.0),
+        loosened=solved,
+        relative_error=0.02,
+        seconds=0.01,
+        ratio=4.0,
+        can_be_loosened=True,
+        complete=True,
+    )
+    assert "At equal accuracy the model that made its data takes 4 times" in speed_text(found)

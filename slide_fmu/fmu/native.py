@@ -30,7 +30,7 @@ __all__ = ["NativeError", "NativeSurrogate", "kernels", "library_path"]
 
 TOGETHER, TOGETHER_BACK = 16, 8
 """Number of sequences that are worth a thread of their own, and in reverse mode, in double
-precision: in the C runtime (``record_kernel.h``) so many together are about as fast as more."""
+precision: in the C runtime (``record_kernel.h``) more of them at once are hardly faster."""
 
 
 class NativeSurrogate:

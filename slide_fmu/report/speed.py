@@ -1,4 +1,4 @@
-"""What is said and shown of the time of an FMU: beside its model, at equal accuracy."""
+"""This module compares an FMU with its model at equal accuracy, in a sentence and a table."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.error_figures import Solved, SpeedFigures
 
 MEANING = (
-    "The model's solver is loosened until it errs as much as the FMU; compared is the fastest "
-    "setting that errs no more. Errors are those of known inputs: RMSEs over the RMS of the truth "
-    "about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its outputs "
-    "through fmpy are timed."
+    "The model's solver is loosened until its error is that of the FMU; compared is the fastest "
+    "setting whose error is no larger. Errors are those of known inputs: RMSEs over the RMS of the "
+    "truth about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its "
+    "outputs through fmpy are timed."
 )
 
 
@@ -23,15 +23,17 @@ def speed_text(found: SpeedFigures) -> str:
     if not found.can_be_loosened:
         return (
             f"Its model, by {finest.solver} {finest.setting}, {times}; there is no other setting "
-            f"that errs as much as the FMU ({percent(found.relative_error)})."
+            f"with the error of the FMU ({percent(found.relative_error)})."
         )
     if loosened.relative_error == 0.0:
-        text = f"Its model, by {_by(finest)}, {times}: no looser setting errs as little as the FMU"
-        text += f" ({percent(found.relative_error)})."
+        text = (
+            f"Its model, by {_by(finest)}, {times}: no looser setting that was tried is as accurate "
+            f"as the FMU ({percent(found.relative_error)})."
+        )
     else:
         text = (
-            f"At equal accuracy {_name(loosened)} {times}: {_by(loosened)} errs "
-            f"{percent(loosened.relative_error)}, the FMU {percent(found.relative_error)}. The "
+            f"At equal accuracy {_name(loosened)} {times}: {_by(loosened)} has an error "
+            f"of {percent(loosened.relative_error)}, the FMU {percent(found.relative_error)}. The "
             f"truth is {_by(finest)}, which {_more(found)}."
         )
     if not found.complete:

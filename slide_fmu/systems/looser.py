@@ -1,4 +1,4 @@
-"""A reference system is made again with a solver that works less and errs more.
+"""A reference system is made again with a solver that works less and is less accurate.
 
 Every solver has a ladder of settings, the finest first. Which settings there are follows from the
 kind of system: a function has the tolerances of its method, a model with a parameter ``substeps``

@@ -142,11 +142,11 @@ class Solved:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedFigures:
-    """These compare the time of an FMU with that of a model which errs no less.
+    """These compare the time of an FMU with that of a model of equal accuracy.
 
     Attributes:
         finest: the reference as it is, which is the truth here.
-        loosened: the fastest setting that errs at most as much as the FMU; the finest one where
+        loosened: the fastest setting whose error is at most that of the FMU; the finest one where
             none was found.
         relative_error: of the FMU, as of ``Solved``, with inputs known to the step's end.
         seconds: time of set, doStep and get of the FMU through fmpy for a simulated second, in s.

@@ -1,8 +1,8 @@
-"""An FMU is timed beside its model at equal accuracy.
+"""An FMU and its model are timed at equal accuracy.
 
-A model that is solved finely takes long, and a surrogate that errs would seem fast beside it. So
-the model's own solver is loosened, to larger steps or tolerances, until it errs as much as the FMU
-does against the finest reference. What is compared is the fastest setting that errs no more.
+A model that is solved finely takes long, and next to it an inaccurate surrogate would seem fast.
+So the model's own solver is loosened, to larger steps or tolerances, until its error against the
+finest reference is that of the FMU. The fastest setting whose error is no larger is compared.
 Errors are those of motions whose inputs are known, for both.
 """
 
@@ -64,7 +64,7 @@ class _Search:
         motions: the trajectories.
         deadline: the time, of ``time.perf_counter``, after which nothing more is tried.
         complete: whether nothing was left out for it.
-        found: settings that err at most as much as the FMU.
+        found: settings whose error is at most that of the FMU.
     """
 
     case: Case
@@ -75,7 +75,7 @@ class _Search:
     found: list[tuple[Solved, System]] = field(default_factory=list)
 
     def bisect(self, model: str, rungs: Sequence[Rung], allowed: float) -> None:
-        """Find the loosest setting of a ladder that errs at most so much, by halving it."""
+        """Find the loosest setting of a ladder whose error is allowed, by halving it."""
         low, high = -1, len(rungs)  # the last that is good enough, the first that is not
         while high - low > 1:
             if time.perf_counter() > self.deadline:

@@ -197,7 +197,7 @@ def test_bound_estimate_corners_speed_and_limits_are_named() -> None:
     assert "of 95 % covers 94.1 % to 95.6 % of the samples. On average it is up to 0.61" in text
     assert "differs from the true error by 40 %; the best constant estimate would" in text
     assert "differ by 60 %. In the plain call, these are 51 % and 57 %." in text
-    assert "its model takes 240 times as long: RK45 with rtol = 1e-3 errs 1 %" in text
+    assert "its model takes 240 times as long: RK45 with rtol = 1e-3 has an error of 1 %" in text
     assert "1 to 3 times the amplitude: 0.4 %" in text
     assert "Other kinds of input that were measured: 0.4 %" in text
 

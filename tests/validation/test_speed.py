@@ -78,8 +78,9 @@ def test_text_names_solvers_settings_and_errors() -> None:
         complete=True,
     )
     assert speed_text(found) == (
-        "At equal accuracy its model takes 4 times as long: RK45 with rtol = 1e-4 errs 1 %, the "
-        "FMU 2 %. The truth is DOP853 with rtol = 1e-06, which takes 20 times as long as the FMU."
+        "At equal accuracy its model takes 4 times as long: RK45 with rtol = 1e-4 has an error of "
+        "1 %, the FMU 2 %. The truth is DOP853 with rtol = 1e-06, which takes 20 times as long as "
+        "the FMU."
     )
 
 

@@ -10,8 +10,8 @@ from slide_fmu.validation.error_figures import Solved, SpeedFigures
 
 MEANING = (
     "The model's solver is loosened until its error is that of the FMU; compared is the fastest "
-    "setting whose error is no larger. Errors are those of known inputs: RMSEs over the RMS of the "
-    "truth about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its "
+    "setting whose error is no larger. Errors are those of known inputs: RMSEs over the RMS of "
+    "the truth about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its "
     "outputs through fmpy are timed."
 )
 
@@ -27,8 +27,8 @@ def speed_text(found: SpeedFigures) -> str:
         )
     if loosened.relative_error == 0.0:
         text = (
-            f"Its model, by {_by(finest)}, {times}: no looser setting that was tried is as accurate "
-            f"as the FMU ({percent(found.relative_error)})."
+            f"Its model, by {_by(finest)}, {times}: no looser setting that was tried is as "
+            f"accurate as the FMU ({percent(found.relative_error)})."
         )
     else:
         text = (

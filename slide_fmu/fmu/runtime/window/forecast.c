@@ -75,7 +75,6 @@ void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
     forecast->low = slide_place(arena, n, sizeof(double));
     forecast->high = slide_place(arena, n, sizeof(double));
     forecast->past = slide_place(arena, n, sizeof(double));
-    forecast->scores = slide_place(arena, n_choices(forecast), sizeof(double));
     for (size_t i = 0; arena->base != NULL && i < n; ++i) {
         const unsigned char *scaling = payload->input_scaling + SLIDE_INPUT_ROW * i;
         forecast->low[i] = slide_f64(scaling) - slide_f64(scaling + 8);
@@ -98,6 +97,7 @@ void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *
     state->scored = slide_place(arena, 1, sizeof *state->scored);
     state->latest = slide_place(arena, n, sizeof(double));
     state->channels = slide_place(arena, n * n_points(forecast), sizeof(double));
+    state->changes = slide_place(arena, n * n_choices(forecast), sizeof(double));
     state->errors = slide_place(arena, n * n_errors, sizeof(double));
     state->size = arena->used - start;
 }
@@ -142,33 +142,45 @@ static double largest_of(const SlideForecast *forecast, const SlideForecastState
     return fmin(forecast->largest[input] * (*state->spacing / forecast->sample_step), DBL_MAX);
 }
 
-/* A further point; until there are as many as errors need, none is found. */
+/* What all choices say comes after the points that are there. */
+static void foresee(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                    SlideForecastState *state) {
+    const size_t n = n_choices(forecast);
+    for (size_t input = 0; input < shape->n_inputs; ++input) {
+        const double *channel = state->channels + input * n_points(forecast);
+        const double largest = largest_of(forecast, state, input);
+        for (size_t i = 0; i < n; ++i) {
+            state->changes[input * n + i] =
+                change_of(choice(forecast, input, i), channel, largest);
+        }
+        input += shape->cosine[input];
+    }
+}
+
+/* A further point, some time after the last one: how far was what was foreseen? */
 static void add_point(const SlideForecast *forecast, const SlideHistoryShape *shape,
                       SlideForecastState *state, const double *inputs, bool scores) {
-    const size_t place = (size_t)(*state->scored % forecast->n_scored);
+    const size_t place = (size_t)(*state->scored % forecast->n_scored), n = n_choices(forecast);
     for (size_t input = 0; input < shape->n_inputs; ++input) {
         const bool of_angle = shape->cosine[input];
-        double *channel = state->channels + input * n_points(forecast);
-        double *errors = state->errors + input * n_choices(forecast) * forecast->n_scored;
-        const double largest = largest_of(forecast, state, input);
-        push(forecast, change_to(of_angle, state->latest + input, inputs + input), channel);
-        for (size_t i = 0; scores && i < n_choices(forecast); ++i) {
-            const double error =
-                channel[0] - channel[1] - change_of(choice(forecast, input, i), channel + 1, largest);
+        double *errors = state->errors + input * n * forecast->n_scored;
+        const double change = change_to(of_angle, state->latest + input, inputs + input);
+        for (size_t i = 0; scores && i < n; ++i) {
+            const double error = change - state->changes[input * n + i];
             errors[i * forecast->n_scored + place] = error * error;
         }
+        push(forecast, change, state->channels + input * n_points(forecast));
         input += of_angle;
     }
     memcpy(state->latest, inputs, shape->n_inputs * sizeof *inputs);
     *state->scored += scores;
 }
 
-/* All points, from the oldest on that counts. */
-static void read_all(const SlideForecast *forecast, const SlideHistoryShape *shape,
-                     const SlideHistory *history, double length, SlideForecastState *state) {
-    const size_t first = n_past_of(forecast) + forecast->n_scored;
+/* The inputs at points so many times a length before the begin of the newest step, and at it. */
+static void read_points(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                        const SlideHistory *history, double length, size_t first, bool scores,
+                        SlideForecastState *state) {
     SlideReader reader = slide_history_reader(shape, history);
-    memset(state->spacing, 0, state->size);
     *state->spacing = length;
     for (size_t age = first + 1; age-- > 0;) {
         const double before = fmin((double)age * length, shape->reach);
@@ -176,18 +188,27 @@ static void read_all(const SlideForecast *forecast, const SlideHistoryShape *sha
         if (age == first) {
             memcpy(state->latest, forecast->past, shape->n_inputs * sizeof(double));
         }
-        add_point(forecast, shape, state, forecast->past, age < forecast->n_scored);
+        add_point(forecast, shape, state, forecast->past, scores && age < forecast->n_scored);
+        if (scores && age <= forecast->n_scored) {
+            foresee(forecast, shape, state);
+        }
     }
 }
 
 void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
                         const SlideHistory *history, SlideForecastState *state) {
     const double *step = slide_history_newest(shape, history), length = step[0];
-    if (*state->spacing == length) {
-        add_point(forecast, shape, state, step + 1, true);
-    } else {
-        read_all(forecast, shape, history, length, state);
+    if (*state->spacing == 0) {
+        memset(state->spacing, 0, state->size);
+        read_points(forecast, shape, history, length, n_past_of(forecast) + forecast->n_scored,
+                    true, state);
+        return;
     }
+    add_point(forecast, shape, state, step + 1, true);
+    if (*state->spacing != length) {
+        read_points(forecast, shape, history, length, n_points(forecast) - 1, false, state);
+    }
+    foresee(forecast, shape, state);
 }
 
 static double sum_of(const double *values, size_t count) {
@@ -246,18 +267,11 @@ bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastStat
     return changes >= forecast->least_changes && best_of(forecast, state, input) > 0;
 }
 
-/* The change of the channel that the best candidate says. */
-static double best_change(const SlideForecast *forecast, const SlideForecastState *state,
-                          size_t input) {
-    const double *channel = state->channels + input * n_points(forecast);
-    const Candidate best = choice(forecast, input, best_of(forecast, state, input));
-    return change_of(best, channel, largest_of(forecast, state, input));
-}
-
 void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shape,
                     const SlideForecastState *state, double *inputs) {
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        const double change = best_change(forecast, state, i);
+        const double change =
+            state->changes[i * n_choices(forecast) + best_of(forecast, state, i)];
         const double *now = state->latest + i;
         if (shape->cosine[i]) {
             const double c = cos(change), s = sin(change);

@@ -16,18 +16,19 @@ typedef struct {
     double *weights;    /* [n_inputs][n_candidates][n_past], of u(t - i H) - u(t), i >= 1 */
     double *low, *high; /* [n_inputs], the range */
     double *past;       /* scratch [n_inputs]: the inputs of a point */
-    double *scores;     /* scratch [n_candidates + 2]: of the held value, the candidates, a cubic */
 } SlideForecast;
 
 /* What changes; part of the flat state block. The points are what the inputs were at times H apart,
  * until the newest communication point. */
 typedef struct {
-    double *spacing;  /* [1], H in s; 0: no points are there */
+    double *spacing;  /* [1], H in s; 0: nothing is there */
     uint64_t *scored; /* [1], points whose errors were found */
     double *latest;   /* [n_inputs], the newest point */
     double *channels; /* [n_inputs][points], newest first, relative to the newest point; of an angle
                          its turns, in the place of its cosine */
-    double *errors;   /* [n_inputs][n_candidates + 2][n_scored], squared */
+    double *changes;  /* [n_inputs][n_candidates + 2], after the newest point: of the held value, the
+                         candidates, a cubic */
+    double *errors;   /* [n_inputs][n_candidates + 2][n_scored], of former ones, squared */
     size_t size;      /* bytes of all */
 } SlideForecastState;
 
@@ -38,9 +39,9 @@ void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *
 
 size_t slide_forecast_state_size(const SlideForecast *forecast, uint32_t n_inputs);
 
-/* The newest communication point is the begin of the newest step of the history, whose length is H.
- * Where the points until the one before it are H apart, it is added to them, else all are read
- * from the history. */
+/* The newest communication point is the begin of the newest step of the history, whose length is H:
+ * it shows how far the changes that were forecast for it are off. The points before it are read from
+ * the history, where they are not H apart already. */
 void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
                         const SlideHistory *history, SlideForecastState *state);
 

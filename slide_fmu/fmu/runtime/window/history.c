@@ -208,39 +208,65 @@ static double change_to(const SlideReader *reader, size_t input, const double *f
                                         : b[0] - a[0];
 }
 
-/* How far one input that moves within the step read last is behind the end of the step, at a time in
- * it: on the polynomial through both its ends and up to two points before, as far as the input moved
- * between them. */
-static double behind_on_curve(const SlideReader *reader, size_t input, double time) {
-    double times[N_CURVE], values[N_CURVE], sum = 0;
+/* Weights of the points of a polynomial, both ends of a step and those before it, at a time. */
+typedef struct {
+    double time;
+    double times[N_CURVE];            /* of the points, the end of the step first */
+    double weights[N_CURVE][N_CURVE]; /* of as many points as the row says, and one */
+    bool formed[N_CURVE];             /* is a row there? */
+} Curve;
+
+static Curve curve_at(const SlideReader *reader, double time) {
+    Curve curve = {.time = time};
+    curve.times[0] = end_of(reader);
+    curve.times[1] = reader->begin;
+    for (size_t i = 2; i < N_CURVE && reader->at + 1 >= oldest(reader) + i; ++i) {
+        const double *before = step_at(reader->shape, reader->history, reader->at + 1 - i);
+        curve.times[i] = curve.times[i - 1] - before[0];
+    }
+    return curve;
+}
+
+static const double *weights_of(Curve *curve, size_t count) {
+    double *weights = curve->weights[count - 1];
+    for (size_t i = 0; !curve->formed[count - 1] && i < count; ++i) {
+        double above = 1, below = 1;
+        for (size_t j = 0; j < count; ++j) {
+            above *= j == i ? 1 : curve->time - curve->times[j];
+            below *= j == i ? 1 : curve->times[i] - curve->times[j];
+        }
+        weights[i] = above / below;
+    }
+    curve->formed[count - 1] = true;
+    return weights;
+}
+
+/* How far one input that moves within the step read last is behind the end of the step: on the
+ * polynomial through both its ends and up to two points before, as far as the input moved between
+ * them. */
+static double behind_on_curve(const SlideReader *reader, size_t input, Curve *curve) {
+    double values[N_CURVE], sum = 0;
     const double *last = step_read(reader) + 1;
     uint64_t step = reader->at;
     size_t count = 2;
-    times[0] = end_of(reader);
-    times[1] = reader->begin;
-    values[0] = 0;
     values[1] = change_to(reader, input, last, inputs_after(reader, step));
     for (; count < N_CURVE && step > oldest(reader) && has_moved(reader, step - 1, input); ++count) {
         step -= 1;
-        const double *before = step_at(reader->shape, reader->history, step);
-        times[count] = times[count - 1] - before[0];
-        values[count] = values[count - 1] + change_to(reader, input, before + 1, last);
-        last = before + 1;
+        const double *before = step_at(reader->shape, reader->history, step) + 1;
+        values[count] = values[count - 1] + change_to(reader, input, before, last);
+        last = before;
     }
+    const double *weights = weights_of(curve, count);
     for (size_t i = 1; i < count; ++i) {
-        double weight = 1;
-        for (size_t j = 0; j < count; ++j) {
-            weight *= j == i ? 1 : (time - times[j]) / (times[i] - times[j]);
-        }
-        sum += weight * values[i];
+        sum += weights[i] * values[i];
     }
     return sum;
 }
 
-/* One input, or both of a director, at a time in the step read last, in which it moves. */
-static void on_curve(const SlideReader *reader, size_t input, double time, double *inputs) {
+/* One input, or both of a director, in the step read last, in which it moves. */
+static void on_curve(const SlideReader *reader, size_t input, Curve *curve, double *inputs) {
     const double *end = inputs_after(reader, reader->at) + input;
-    const double behind = behind_on_curve(reader, input, time);
+    const double behind = behind_on_curve(reader, input, curve);
     if (reader->shape->cosine[input]) {
         const double c = cos(behind), s = sin(behind), first = end[0];
         inputs[0] = c * first + s * end[1];
@@ -264,9 +290,10 @@ void slide_history_at(SlideReader *reader, double time, double *inputs) {
         memcpy(inputs, end, shape->n_inputs * sizeof *inputs);
         return;
     }
+    Curve curve = curve_at(reader, time);
     for (size_t i = 0; i < shape->n_inputs;) {
         if (has_moved(reader, reader->at, i)) {
-            on_curve(reader, i, time, inputs + i);
+            on_curve(reader, i, &curve, inputs + i);
             i += 1 + shape->cosine[i];
         } else {
             i += between(shape, i, begin, end, left, inputs);
@@ -284,8 +311,9 @@ static SlideReader sought(const SlideReader *reader, double time) {
 /* What an input is at a time within a sample in all of which it moves. */
 static double moving_at(const SlideReader *reader, size_t input, double time) {
     const SlideReader other = sought(reader, fmin(time, -reader->shape->slack));
+    Curve curve = curve_at(&other, time);
     double value;
-    on_curve(&other, input, time, &value);
+    on_curve(&other, input, &curve, &value);
     return value;
 }
 

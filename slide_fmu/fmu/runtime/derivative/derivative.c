@@ -99,7 +99,8 @@ static void estimate(const Replay *replay, double *errors) {
             values = evaluate(replay, &estimator->network, &replay->scratch->estimator, age);
         }
         for (size_t i = 0; i < n_outputs; ++i) {
-            double square = *slide_estimate_square(estimator, found, i, newest - age);
+            double square = age == 0 ? found->newest[i]
+                                     : *slide_estimate_square(estimator, found, i, newest - age);
             if (values != NULL && square < estimator->largest) {
                 double mean = estimator->n_means > 0 ? values[i] : 0;
                 square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);

@@ -83,6 +83,48 @@ static void affine(const float *weights, const float *start, const float *x, siz
     }
 }
 
+/* Two rows as affine treats one. */
+static void affine_two(const float *weights, const float *const start[2], const float *const x[2],
+                       size_t n_in, size_t n_panels, float *const y[2]) {
+    for (size_t panel = 0; panel < n_panels; ++panel) {
+        Wide sums[2][N_CHAINS][WIDES];
+        for (size_t part = 0; part < WIDES; ++part) {
+            for (size_t row = 0; row < 2; ++row) {
+                sums[row][0][part] = ((const Wide *)(start[row] + panel * SLIDE_PANEL))[part];
+                for (size_t chain = 1; chain < N_CHAINS; ++chain) {
+                    sums[row][chain][part] = (Wide){0};
+                }
+            }
+        }
+        size_t i = 0;
+        for (; i + N_CHAINS <= n_in; i += N_CHAINS) {
+            for (size_t chain = 0; chain < N_CHAINS; ++chain, weights += SLIDE_PANEL) {
+                fetch_ahead(weights);
+                for (size_t part = 0; part < WIDES; ++part) {
+                    const Wide weight = ((const Wide *)weights)[part];
+                    sums[0][chain][part] += x[0][i + chain] * weight;
+                    sums[1][chain][part] += x[1][i + chain] * weight;
+                }
+            }
+        }
+        for (; i < n_in; ++i, weights += SLIDE_PANEL) {
+            for (size_t part = 0; part < WIDES; ++part) {
+                const Wide weight = ((const Wide *)weights)[part];
+                sums[0][0][part] += x[0][i] * weight;
+                sums[1][0][part] += x[1][i] * weight;
+            }
+        }
+        for (size_t part = 0; part < WIDES; ++part) {
+            for (size_t row = 0; row < 2; ++row) {
+                for (size_t chain = 1; chain < N_CHAINS; ++chain) {
+                    sums[row][0][part] += sums[row][chain][part];
+                }
+                ((Wide *)(y[row] + panel * SLIDE_PANEL))[part] = sums[row][0][part];
+            }
+        }
+    }
+}
+
 /* N_ROWS rows of x and a strip of a panel: y = start + weights x. */
 static inline void affine_strip(const float *weights, size_t n_in, const float *const *x,
                                 const float *start, size_t start_stride, float *y,
@@ -212,6 +254,7 @@ typedef float Real;
 const SlideKernel SLIDE_KERNEL = {
     .name = TEXT(SLIDE_KERNEL),
     .affine = affine,
+    .affine_two = affine_two,
     .affine_rows = affine_rows,
     .activate = activate,
     .advance = advance,

@@ -64,6 +64,9 @@ typedef struct {
      * outputs j; start may be y. */
     void (*affine)(const float *weights, const float *start, const float *x, size_t n_in,
                    size_t n_panels, float *y);
+    /* The same for two x, to the bit: weights are read once for both. */
+    void (*affine_two)(const float *weights, const float *const start[2], const float *const x[2],
+                       size_t n_in, size_t n_panels, float *const y[2]);
     /* The same for many rows: weights are read once for several. */
     void (*affine_rows)(const float *weights, size_t n_in, size_t n_panels, const SlideRows *rows);
     /* Apply activation 0 identity, 1 relu, 2 elu, 3 tanh, 4 gelu, 5 cubic in place; count: a

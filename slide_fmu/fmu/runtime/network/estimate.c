@@ -49,6 +49,7 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
     const size_t start = arena->used - sizeof *estimate->known;
     estimate->squares = slide_place(arena, estimator->positions * n_outputs, sizeof(double));
     estimate->errors = slide_place(arena, n_outputs, sizeof(double));
+    estimate->newest = slide_place(arena, n_outputs, sizeof(double));
     estimator->network.family->place_state(&estimate->network, &estimator->network, arena);
     estimate->evaluated = arena->used - start;
 }
@@ -86,16 +87,29 @@ static bool in_range(const SlideEstimator *estimator) {
     return true;
 }
 
-static void evaluate(const SlideEstimator *estimator, const SlideKernel *kernel,
-                     SlideEstimate *estimate, uint64_t sample) {
-    const SlideNetwork *network = &estimator->network;
-    const float *values = network->family->evaluate(network, kernel, &estimate->network, sample);
-    const bool known = in_range(estimator);
+/* Look at a sample: are its features known? */
+static bool see(const SlideEstimator *estimator, const SlideSamplesShape *shape,
+                const SlideSamples *samples, uint64_t sample, SlideEstimate *estimate) {
+    const double *input = slide_samples_at(shape, samples, sample);
+    slide_network_see_anyhow(&estimator->network, &estimate->network, sample, input,
+                             input + shape->n_inputs);
+    return in_range(estimator);
+}
+
+/* The square of an output, from the values that the network gave. */
+static double square_from(const SlideEstimator *estimator, const float *values, bool known,
+                          size_t output) {
+    const double mean = estimator->n_means > 0 ? values[output] : 0;
+    const double square =
+        slide_squared_error(estimator, mean, values[estimator->n_means + output]);
+    return known ? square : estimator->largest;
+}
+
+static void store(const SlideEstimator *estimator, const float *values, bool known,
+                  uint64_t sample, SlideEstimate *estimate) {
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        double mean = estimator->n_means > 0 ? values[i] : 0;
-        double square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
-        square = known ? square : estimator->largest;
-        *slide_estimate_square(estimator, estimate, i, sample) = square;
+        *slide_estimate_square(estimator, estimate, i, sample) =
+            square_from(estimator, values, known, i);
     }
 }
 
@@ -118,27 +132,64 @@ static double sum_of(const double *values, size_t count) {
     return sum;
 }
 
-void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
-                             const SlideSamplesShape *shape, const SlideSamples *samples,
-                             uint64_t count, SlideEstimate *estimate) {
-    uint64_t behind = count - *estimate->known;
-    uint64_t todo = behind < estimator->memory_length ? behind : estimator->memory_length;
-    if (todo == 0) {
-        return;
-    }
-    uint64_t wanted = todo < estimator->positions ? todo : estimator->positions;
+/* All of the first count samples that are not known yet, but for the last ones: so many are left. */
+static void catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
+                     const SlideSamplesShape *shape, const SlideSamples *samples, uint64_t count,
+                     SlideEstimate *estimate) {
+    const SlideNetwork *network = &estimator->network;
+    const uint64_t behind = count - *estimate->known;
+    const uint64_t todo = behind < estimator->memory_length ? behind : estimator->memory_length;
     for (uint64_t left = todo; left > 0; --left) {
-        uint64_t sample = count - left;
-        const double *input = slide_samples_at(shape, samples, sample);
-        slide_network_see_anyhow(&estimator->network, &estimate->network, sample, input,
-                                 input + shape->n_inputs);
-        if (left <= wanted) {
-            evaluate(estimator, kernel, estimate, sample);
+        const bool known = see(estimator, shape, samples, count - left, estimate);
+        if (left <= estimator->positions) {
+            const float *values =
+                network->family->evaluate(network, kernel, &estimate->network, count - left);
+            store(estimator, values, known, count - left, estimate);
         }
     }
     *estimate->known = count;
+}
+
+/* The estimates are those at a sample; newest: its squares, in the place of the oldest ones of the
+ * span, or NULL where they are there. */
+static void conclude(const SlideEstimator *estimator, uint64_t sample, const double *newest,
+                     SlideEstimate *estimate) {
     for (size_t i = 0; i < estimator->n_outputs; ++i) {
-        double sum = sum_of(slide_estimate_square(estimator, estimate, i, 0), estimator->positions);
+        double *place = slide_estimate_square(estimator, estimate, i, sample);
+        const double kept = *place;
+        *place = newest == NULL ? kept : newest[i];
+        const double sum =
+            sum_of(slide_estimate_square(estimator, estimate, i, 0), estimator->positions);
         estimate->errors[i] = sqrt(sum / estimator->positions);
+        estimate->newest[i] = *place;
+        *place = kept;
     }
+}
+
+void slide_estimate_form(const SlideEstimator *estimator, const SlideKernel *kernel,
+                         const SlideSamplesShape *shape, const SlideSamples *samples,
+                         uint64_t n_known, uint64_t n_ahead, SlideEstimate *estimate) {
+    const SlideNetwork *network = &estimator->network;
+    const bool alone = n_ahead > n_known, pair = alone && *estimate->known + 1 == n_known;
+    const float *values[2] = {NULL, NULL};
+    bool known[2] = {true, true};
+    catch_up(estimator, kernel, shape, samples, pair ? n_known - 1 : n_known, estimate);
+    if (pair) {
+        known[0] = see(estimator, shape, samples, n_known - 1, estimate);
+        *estimate->known = n_known;
+    }
+    if (alone) {
+        known[1] = see(estimator, shape, samples, n_known, estimate);
+    }
+    if (pair) {
+        slide_layers_evaluate_two(network, kernel, &estimate->network.layers, n_known - 1, n_known,
+                                  values);
+        store(estimator, values[0], known[0], n_known - 1, estimate);
+    } else if (alone) {
+        values[1] = network->family->evaluate(network, kernel, &estimate->network, n_known);
+    }
+    for (size_t i = 0; alone && i < estimator->n_outputs; ++i) {
+        estimate->newest[i] = square_from(estimator, values[1], known[1], i);
+    }
+    conclude(estimator, n_ahead - 1, alone ? estimate->newest : NULL, estimate);
 }

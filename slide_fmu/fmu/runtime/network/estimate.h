@@ -21,8 +21,9 @@ typedef struct {
 typedef struct {
     uint64_t *known;  /* samples that are evaluated, or too old to be needed: all below a number */
     double *squares;  /* [n_outputs][positions], squared errors; sample k in k % positions */
-    double *errors;   /* [n_outputs], the estimates at the last of the known samples; both relative
-                         to the scale of the output */
+    double *errors;   /* [n_outputs], the estimates at the newest sample; both relative to the scale
+                         of the output */
+    double *newest;   /* [n_outputs], the square at it */
     SlideNetworkState network;
     size_t evaluated; /* bytes from known on */
 } SlideEstimate;
@@ -35,11 +36,12 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
 /* Nothing is known any more. */
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate);
 
-/* Evaluate all of the first count samples that are not known yet: estimate->errors are those at the
- * last of them. Kept must be memory_length samples before it, and those before them. */
-void slide_estimate_catch_up(const SlideEstimator *estimator, const SlideKernel *kernel,
-                             const SlideSamplesShape *shape, const SlideSamples *samples,
-                             uint64_t count, SlideEstimate *estimate);
+/* Form the estimates at the last of the first n_ahead samples: of these, n_known are evaluated and
+ * kept, where they are not known yet, and at most one that comes after them is evaluated alone. Kept
+ * must be memory_length samples before the last one, and those before them. */
+void slide_estimate_form(const SlideEstimator *estimator, const SlideKernel *kernel,
+                         const SlideSamplesShape *shape, const SlideSamples *samples,
+                         uint64_t n_known, uint64_t n_ahead, SlideEstimate *estimate);
 
 /* The squared error, relative to the output's scale, of an expected error over the standard
  * deviation and an eps: at most the largest that the map knows, also of what is not finite. */

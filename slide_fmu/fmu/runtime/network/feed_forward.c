@@ -134,8 +134,8 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
         const Source source = {view->skip, NULL, view->n_first, view->n_values, n_older};
         network->skip = place_layer(&source, 0, arena);
     }
-    network->scratch[0] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
-    network->scratch[1] = slide_place(arena, network->widest, SLIDE_PANEL * sizeof(float));
+    network->scratch[0] = slide_place(arena, 2 * network->widest, SLIDE_PANEL * sizeof(float));
+    network->scratch[1] = slide_place(arena, 2 * network->widest, SLIDE_PANEL * sizeof(float));
     network->block = slide_place(arena, view->n_values, sizeof(float));
 }
 
@@ -161,6 +161,31 @@ static float *evaluate(const SlideFeedForward *network, const SlideKernel *kerne
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
                                          const SlideKernel *kernel, const float *window) {
     return evaluate(network, kernel, window, network->n_kept);
+}
+
+void slide_feed_forward_evaluate_two(const SlideFeedForward *network, const SlideKernel *kernel,
+                                     const float *const windows[2], const float *values[2]) {
+    const SlideLayer *skip = &network->skip;
+    const size_t n_last = panels_for(network->n_kept), second = network->widest * SLIDE_PANEL;
+    const float *x[2] = {windows[0], windows[1]};
+    float *y[2] = {NULL, NULL};
+    for (uint32_t i = 0; i < network->n_layers; ++i) {
+        const SlideLayer *layer = &network->layers[i];
+        const size_t n_panels = i + 1 == network->n_layers ? n_last : layer->n_panels;
+        const float *const start[2] = {layer->bias, layer->bias};
+        y[0] = network->scratch[i % 2];
+        y[1] = y[0] + second;
+        kernel->affine_two(layer->weights, start, x, layer->n_in, n_panels, y);
+        for (size_t row = 0; row < 2; ++row) {
+            kernel->activate(layer->activation, y[row], n_panels * SLIDE_PANEL);
+            x[row] = y[row];
+        }
+    }
+    const float *const start[2] = {y[0], y[1]};
+    kernel->affine_two(skip->weights, start, windows, skip->n_in,
+                       skip->n_panels > 0 ? n_last : 0, y);
+    values[0] = y[0];
+    values[1] = y[1];
 }
 
 const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,

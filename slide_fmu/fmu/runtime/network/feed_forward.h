@@ -34,7 +34,7 @@ typedef struct {
     SlideLayer skip; /* no panels when there is no linear path */
     size_t widest;   /* panels of the widest layer */
     size_t n_values, n_kept;
-    float *scratch[2];
+    float *scratch[2]; /* each of two rows of the widest layer */
     float *block; /* scratch [n_values] */
 } SlideFeedForward;
 
@@ -46,6 +46,10 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
  * the next evaluation. */
 const float *slide_feed_forward_evaluate(const SlideFeedForward *network,
                                          const SlideKernel *kernel, const float *window);
+
+/* The same on two windows, to the bit as of each: weights are read once for both. */
+void slide_feed_forward_evaluate_two(const SlideFeedForward *network, const SlideKernel *kernel,
+                                     const float *const windows[2], const float *values[2]);
 
 /* The same of all values, in the file's order. */
 const float *slide_feed_forward_block(const SlideFeedForward *network, const SlideKernel *kernel,

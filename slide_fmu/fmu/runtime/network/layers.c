@@ -7,7 +7,7 @@ static void place_ages(SlideLayers *layers, const SlideIndices *ages, size_t n_f
                        SlideArena *arena) {
     layers->n_ages = ages->count;
     layers->ages = slide_place(arena, ages->count, sizeof *layers->ages);
-    layers->picked = slide_place(arena, ages->count * n_features, sizeof(float));
+    layers->picked = slide_place(arena, 2 * ages->count * n_features, sizeof(float));
     for (size_t i = 0; arena->base != NULL && i < ages->count; ++i) {
         layers->ages[i] = slide_u32(ages->at + 4 * i);
     }
@@ -59,23 +59,33 @@ static void restart(const SlideNetwork *network, SlideNetworkState *state) {
 
 /* What the network looks at after a sample: its window itself, or copies of some ages. The window
  * begins with the slot that comes two after the sample's, around the ring. */
-static const float *window_of(const SlideNetwork *network, const SlideNetworkState *state,
-                              uint64_t sample) {
+static const float *window_of(const SlideNetwork *network, const SlideLayersState *state,
+                              uint64_t sample, float *picked) {
     const SlideLayers *layers = &network->of.layers;
     const size_t count = network->seen.count, n_samples = network->n_samples;
     const size_t first = (size_t)((sample + 2) % layers->n_slots);
-    const float *window = state->layers.ring + first * count;
+    const float *window = state->ring + first * count;
     for (size_t i = 0; i < layers->n_ages; ++i) {
         size_t place = n_samples - 1 - layers->ages[i];
-        memcpy(layers->picked + i * count, window + place * count, count * sizeof(float));
+        memcpy(picked + i * count, window + place * count, count * sizeof(float));
     }
-    return layers->n_ages > 0 ? layers->picked : window;
+    return layers->n_ages > 0 ? picked : window;
+}
+
+void slide_layers_evaluate_two(const SlideNetwork *network, const SlideKernel *kernel,
+                               const SlideLayersState *state, uint64_t first, uint64_t second,
+                               const float *values[2]) {
+    const SlideLayers *layers = &network->of.layers;
+    float *other = layers->picked + layers->n_ages * network->seen.count;
+    const float *const windows[2] = {window_of(network, state, first, layers->picked),
+                                     window_of(network, state, second, other)};
+    slide_feed_forward_evaluate_two(&layers->stack, kernel, windows, values);
 }
 
 static const float *evaluate(const SlideNetwork *network, const SlideKernel *kernel,
                              const SlideNetworkState *state, uint64_t sample) {
     return slide_feed_forward_evaluate(&network->of.layers.stack, kernel,
-                                       window_of(network, state, sample));
+                                       window_of(network, &state->layers, sample, network->of.layers.picked));
 }
 
 /* What has been seen is all that the next evaluation needs. */
@@ -86,7 +96,7 @@ static void accept(const SlideNetwork *network, SlideNetworkState *state) {
 static const float *block(const SlideNetwork *network, const SlideKernel *kernel,
                           const SlideNetworkState *state, uint64_t sample) {
     return slide_feed_forward_block(&network->of.layers.stack, kernel,
-                                    window_of(network, state, sample));
+                                    window_of(network, &state->layers, sample, network->of.layers.picked));
 }
 
 static void place_exact(SlideExact *scratch, const SlideNetwork *network, SlideArena *arena) {

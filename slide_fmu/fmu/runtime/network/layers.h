@@ -9,7 +9,7 @@ typedef struct {
                         leaves the window before it as it was */
     uint32_t n_ages; /* 0: the whole window is looked at */
     uint32_t *ages;  /* [n_ages], samples that are looked at, 0 the newest, oldest first */
-    float *picked;   /* scratch [n_ages][seen.count] */
+    float *picked;   /* scratch [2][n_ages][seen.count] */
     SlideFeedForward stack;
 } SlideLayers;
 
@@ -28,5 +28,12 @@ typedef struct {
 
 /* The family, the only one of error estimators; see network.h. */
 extern const struct SlideFamily slide_feed_forward_family;
+
+/* The values after two samples that were seen, by their numbers, as evaluate of the family gives
+ * each. */
+struct SlideNetwork;
+void slide_layers_evaluate_two(const struct SlideNetwork *network, const SlideKernel *kernel,
+                               const SlideLayersState *state, uint64_t first, uint64_t second,
+                               const float *values[2]);
 
 #endif

@@ -9,6 +9,9 @@
 #include <math.h>
 #include <string.h>
 
+/* A step is longer than a sample by more than this part of it. */
+static const double COARSE = 1e-6;
+
 /* The results of what networks have seen, in physical units. */
 static void give(const SlideModel *model, SlideState *state) {
     const SlideSeen *seen = slide_now(state);
@@ -112,19 +115,41 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* Inputs that move in the training, and jump here. */
-static void doubt_jumps(const SlideModel *model, SlideState *state) {
+/* Do inputs do what samples do not show? Those that move in the training may jump, and in a step
+ * longer than a sample they may do anything. */
+static void doubt(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
     const double *step = slide_history_newest(shape, &state->history);
     const double *before = slide_history_before(shape, &state->history);
     const bool ends = shape->first_order && state->head->known != 0;
-    if (!shape->first_order || model->forecast.n_candidates == 0) {
-        return;
-    }
     const double *from = ends ? step + 1 : before + 1;
     const double *to = ends ? state->history.end : step + 1;
-    if (slide_forecast_jumps(&model->forecast, shape, from, to, ends ? step[0] : before[0])) {
+    const double length = ends ? step[0] : before[0];
+    const bool coarse = length > model->step * (1 + COARSE) &&
+                        memcmp(from, to, model->n_inputs * sizeof *from) != 0;
+    const bool known_held = !shape->first_order && state->head->known != 0;
+    if ((coarse && !known_held) ||
+        (shape->first_order && model->forecast.n_candidates > 0 &&
+         slide_forecast_jumps(&model->forecast, shape, from, to, length))) {
         state->head->doubt = slide_clock_time(&state->head->inner);
+    }
+}
+
+/* All is known of the newest step. Where its ends are those of samples, no curve between them is
+ * needed. */
+static void know(const SlideModel *model, SlideState *state) {
+    const SlideHead *head = state->head;
+    const SlideHistoryShape *shape = &model->history;
+    const double *begin = slide_history_newest(shape, &state->history) + 1;
+    const bool sampled = head->n_phases > 0 && head->last_length <= model->step;
+    memcpy(state->history.end, shape->first_order ? state->inputs : begin,
+           model->n_inputs * sizeof(double));
+    if (sampled || !shape->first_order) {
+        *state->forecast.spacing = 0;
+        memset(slide_history_moved(shape, &state->history, 0), SLIDE_HELD, model->n_inputs);
+    } else {
+        slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
+        tell_moving(model, state);
     }
 }
 
@@ -132,15 +157,10 @@ static void doubt_jumps(const SlideModel *model, SlideState *state) {
  * forecast. */
 static void expect(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
-    const bool ends = shape->first_order && !slide_stream_forecasts(model, state);
     const double *begin = slide_history_newest(shape, &state->history) + 1;
-    memcpy(state->history.end, ends ? state->inputs : begin, model->n_inputs * sizeof(double));
+    memcpy(state->history.end, begin, model->n_inputs * sizeof(double));
     slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
     tell_moving(model, state);
-    doubt_jumps(model, state);
-    if (ends) {
-        return;
-    }
     const unsigned char *moved = slide_history_moved(shape, &state->history, 0);
     slide_forecast(&model->forecast, shape, &state->forecast, model->inputs);
     for (size_t i = 0; i < model->n_inputs; ++i) {
@@ -153,6 +173,16 @@ static void expect(const SlideModel *model, SlideState *state) {
     if (state->head->moved != 0) {
         move_told(model, state);
     }
+}
+
+/* The end of the newest step. */
+static void go_to_end(const SlideModel *model, SlideState *state) {
+    if (state->head->known != 0) {
+        know(model, state);
+    } else {
+        expect(model, state);
+    }
+    doubt(model, state);
 }
 
 /* The newest step begins with the inputs that are set, or with those reached before. */
@@ -209,7 +239,7 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
     }
     memcpy(slide_history_newest(&model->history, &state->history) + 1, inputs, row);
     *state->forecast.spacing = 0; /* its points are read again */
-    expect(model, state);
+    go_to_end(model, state);
 }
 
 /* What networks have seen goes on to the present; between phases, outputs come into
@@ -226,7 +256,7 @@ static bool reach(const SlideModel *model, SlideState *state) {
 
 /* The outputs at the end of the newest step. */
 static bool finish(const SlideModel *model, SlideState *state) {
-    expect(model, state);
+    go_to_end(model, state);
     if (!reach(model, state)) {
         return false;
     }
@@ -325,27 +355,24 @@ const float *slide_stream_block(const SlideModel *model, SlideState *state) {
                                           *seen->samples.count - 1);
 }
 
-static void estimate_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
-                           SlideEstimate *estimate) {
-    slide_estimate_catch_up(&model->estimator, model->kernel, &model->samples, &seen->samples,
-                            count, estimate);
-}
-
 /* What is found before the open samples stays when they are taken back: else each step would have to
  * find all of it again. */
 const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *state) {
     SlideSeen *seen = slide_now(state);
-    SlideEstimate *ahead = &state->ahead.estimate;
-    estimate_until(model, seen, slide_seen_n_known(seen), &seen->estimate);
-    if (seen->head->n_open == 0) {
-        return &seen->estimate;
+    const uint64_t n_known = slide_seen_n_known(seen), count = *seen->samples.count;
+    SlideEstimate *ahead = &state->ahead.estimate, *found = count > n_known + 1 ? ahead : &seen->estimate;
+    if (state->head->estimated == state->head->n_steps + 1) {
+        return found;
     }
-    if (state->head->estimated != state->head->n_steps + 1) {
+    slide_estimate_form(&model->estimator, model->kernel, &model->samples, &seen->samples, n_known,
+                        found == ahead ? n_known : count, &seen->estimate);
+    if (found == ahead) {
         memcpy(ahead->known, seen->estimate.known, ahead->evaluated);
-        estimate_until(model, seen, *seen->samples.count, ahead);
-        state->head->estimated = state->head->n_steps + 1;
+        slide_estimate_form(&model->estimator, model->kernel, &model->samples, &seen->samples,
+                            count, count, ahead);
     }
-    return ahead;
+    state->head->estimated = state->head->n_steps + 1;
+    return found;
 }
 
 static void bound_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
@@ -359,8 +386,7 @@ static void conclude(const SlideModel *model, SlideState *state, SlideBoundState
     const SlideEstimate *estimate =
         shape->n_expected > 0 ? slide_stream_estimate(model, state) : NULL;
     for (size_t i = 0; i < shape->n_expected; ++i) {
-        shape->expected[i] = *slide_estimate_square(&model->estimator, estimate, i,
-                                                    *slide_now(state)->samples.count - 1);
+        shape->expected[i] = estimate->newest[i];
     }
     slide_bound_conclude(shape, model->kernel, bound);
 }

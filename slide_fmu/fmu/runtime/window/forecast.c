@@ -11,6 +11,11 @@ static const double BETTER = 0.5; /* of another mean square error */
  * samples may have, and by more than this part of its range. */
 static const double FASTER = 1.3, SMALL_JUMP = 0.02;
 
+/* Correlation with points up to so many before, above which values are no independent ones: three
+ * standard deviations of 32. */
+static const double ALIKE = 0.55;
+enum { MOST_LAG = 4 };
+
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
 enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
@@ -99,6 +104,8 @@ void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *
     state->channels = slide_place(arena, n * n_points(forecast), sizeof(double));
     state->changes = slide_place(arena, n * n_choices(forecast), sizeof(double));
     state->errors = slide_place(arena, n * n_errors, sizeof(double));
+    state->values = slide_place(arena, forecast->least_changes > 0 ? n * SLIDE_LOOKED : 0,
+                                sizeof(double));
     state->size = arena->used - start;
 }
 
@@ -174,6 +181,9 @@ static void add_point(const SlideForecast *forecast, const SlideHistoryShape *sh
     }
     memcpy(state->latest, inputs, shape->n_inputs * sizeof *inputs);
     *state->scored += scores;
+    for (size_t i = 0; forecast->least_changes > 0 && i < shape->n_inputs; ++i) {
+        state->values[i * SLIDE_LOOKED + *state->scored % SLIDE_LOOKED] = inputs[i];
+    }
 }
 
 /* The inputs at points so many times a length before the begin of the newest step, and at it. */
@@ -238,6 +248,41 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
         best = n - 1;
     }
     return best;
+}
+
+/* Are values like those some points before them, about their mean? */
+static bool are_alike(const double *values, size_t newest) {
+    double mean = 0, square = 0;
+    size_t n_changes = 0;
+    for (size_t i = 0; i < SLIDE_LOOKED; ++i) {
+        mean += values[i] / SLIDE_LOOKED;
+        n_changes += i > 0 && values[i] != values[i - 1];
+    }
+    for (size_t i = 0; i < SLIDE_LOOKED; ++i) {
+        square += (values[i] - mean) * (values[i] - mean);
+    }
+    for (size_t lag = 1; lag <= MOST_LAG && n_changes > SLIDE_LOOKED / 2; ++lag) {
+        double sum = 0;
+        for (size_t i = lag; i < SLIDE_LOOKED; ++i) { /* in the order of time */
+            sum += (values[(newest + 1 + i) % SLIDE_LOOKED] - mean) *
+                   (values[(newest + 1 + i - lag) % SLIDE_LOOKED] - mean);
+        }
+        if (fabs(sum) > ALIKE * square * (SLIDE_LOOKED - lag) / SLIDE_LOOKED) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
+                          uint32_t n_inputs) {
+    for (size_t i = 0; i < n_inputs; ++i) {
+        if (!slide_forecast_moves(forecast, state, i) &&
+            are_alike(state->values + i * SLIDE_LOOKED, *state->scored % SLIDE_LOOKED)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,

@@ -6,6 +6,8 @@
 #include "history.h"
 #include "payload.h"
 
+enum { SLIDE_LOOKED = 32 }; /* points whose likeness tells a signal from independent values */
+
 /* What does not change. Linear candidates stand beside the held value, of each input its own. */
 typedef struct {
     uint32_t n_candidates, n_past, n_scored;
@@ -29,6 +31,8 @@ typedef struct {
     double *changes;  /* [n_inputs][n_candidates + 2], after the newest point: of the held value, the
                          candidates, a cubic */
     double *errors;   /* [n_inputs][n_candidates + 2][n_scored], of former ones, squared */
+    double *values;   /* of held inputs [n_inputs][SLIDE_LOOKED], the newest in place
+                         scored % SLIDE_LOOKED */
     size_t size;      /* bytes of all */
 } SlideForecastState;
 
@@ -49,6 +53,11 @@ void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *
  * further than there in as much of a sample step, and not by a little only? */
 bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
                           const double *from, const double *to, double time);
+
+/* Do held inputs follow each other as samples of a signal that is too fast for a forecast, as a tone
+ * does? Values that a controller draws or holds do not: they stay, or are independent. */
+bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
+                          uint32_t n_inputs);
 
 /* Does an input move smoothly from point to point, so that a forecast is better than holding it? Of
  * an angle by its cosine's place. */

@@ -115,8 +115,9 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* Do inputs do what samples do not show? Those that move in the training may jump, and in a step
- * longer than a sample they may do anything. */
+/* Do inputs do what samples do not show? Those that move in the training may jump; held ones may be
+ * samples of a fast signal, where one step is most of a sample; and in a step longer than a sample
+ * they may do anything. */
 static void doubt(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
     const double *step = slide_history_newest(shape, &state->history);
@@ -127,8 +128,10 @@ static void doubt(const SlideModel *model, SlideState *state) {
     const double length = ends ? step[0] : before[0];
     const bool coarse = length > model->step * (1 + COARSE) &&
                         memcmp(from, to, model->n_inputs * sizeof *from) != 0;
-    const bool known_held = !shape->first_order && state->head->known != 0;
-    if ((coarse && !known_held) ||
+    const bool held = !shape->first_order, known_held = held && state->head->known != 0;
+    const bool hides = held && !known_held && 2 * step[0] > model->step * (1 + COARSE) &&
+                       slide_forecast_hides(&model->forecast, &state->forecast, model->n_inputs);
+    if (hides || (coarse && !known_held) ||
         (shape->first_order && model->forecast.n_candidates > 0 &&
          slide_forecast_jumps(&model->forecast, shape, from, to, length))) {
         state->head->doubt = slide_clock_time(&state->head->inner);

@@ -352,7 +352,8 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
  * a sine of the angular frequency w smaller by sin(x) / x, x = w h / 2; so what is held is the Taylor
  * series of x / sin(x) in derivatives at the middle: u - h^2 / 24 u_2 + 7 h^4 / 5760 u_4. The last term
  * only where four steps show it, and where it is the smaller one, as of smooth inputs. */
-static double held_for(const SlideReader *reader, size_t input, double begin, double end) {
+static double held_for(const SlideReader *reader, size_t input, double begin, double end,
+                       double *corrected) {
     const double quarter = 0.25 * (end - begin);
     const double first = moving_at(reader, input, begin), last = moving_at(reader, input, end);
     const double middle = moving_at(reader, input, begin + 2 * quarter);
@@ -363,19 +364,23 @@ static double held_for(const SlideReader *reader, size_t input, double begin, do
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
         const double correction = 14 * fourth / 45;
         if (fabs(correction) < fabs(second)) {
-            return middle - second + correction;
+            *corrected = correction - second;
+            return middle + *corrected;
         }
     }
-    return middle - (first - 2 * middle + last) / 6;
+    *corrected = -(first - 2 * middle + last) / 6;
+    return middle + *corrected;
 }
 
-static double sample_of(const SlideReader *reader, size_t input, double begin, double end) {
+static double sample_of(const SlideReader *reader, size_t input, double begin, double end,
+                        double *corrected) {
     const Course course = course_of(reader, input, begin, end);
-    return course.all_moves ? held_for(reader, input, begin, end) : course.mean;
+    return course.all_moves ? held_for(reader, input, begin, end, corrected) : course.mean;
 }
 
 /* Inputs of which some steps may move. */
-static void sample_held(SlideReader *reader, double begin, double end, double *inputs) {
+static void sample_held(SlideReader *reader, double begin, double end, double *inputs,
+                        double *corrected) {
     const SlideHistoryShape *shape = reader->shape;
     seek(reader, begin + shape->slack);
     const double *now = step_read(reader) + 1;
@@ -393,15 +398,17 @@ static void sample_held(SlideReader *reader, double begin, double end, double *i
             }
             ++i;
         } else if (moves || end_of(reader) < end - shape->slack) {
-            inputs[i] = sample_of(reader, i, begin, end);
+            inputs[i] = sample_of(reader, i, begin, end, corrected + i);
         }
     }
 }
 
-void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs) {
+void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs,
+                          double *corrected) {
+    memset(corrected, 0, reader->shape->n_inputs * sizeof *corrected);
     if (reader->shape->first_order) {
         slide_history_at(reader, end, inputs);
     } else {
-        sample_held(reader, begin, end, inputs);
+        sample_held(reader, begin, end, inputs, corrected);
     }
 }

@@ -50,6 +50,8 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
     /* one that fails may have taken in as many again */
     model->samples = (SlideSamplesShape){payload->n_inputs,
                                          slide_power_of_two(model->n_redone + payload->n_in)};
+    const bool apart = model->bound.memory_length > 0 && !payload->first_order;
+    model->others = (SlideSamplesShape){payload->n_inputs, apart ? model->samples.capacity : 0};
     model->history =
         slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
                             steps_per_sample, payload->first_order, model->cosine);
@@ -81,6 +83,9 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->undo.forecast = slide_place(arena, payload->n_outputs, sizeof(double));
     model->undo.seen = slide_place(arena, 1, sizeof *model->undo.seen);
     model->undo.count = slide_place(arena, 2, sizeof *model->undo.count);
+    model->corrected = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone : 0,
+                                      payload->n_inputs * sizeof(double));
     model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
     model->given = slide_place(arena, payload->n_outputs, sizeof(float));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));

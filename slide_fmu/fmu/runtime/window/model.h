@@ -56,6 +56,8 @@ typedef struct {
     SlideEstimator estimator;
     SlideBound bound;
     SlideSamplesShape samples;
+    SlideSamplesShape others; /* of samples that the companion of the bound sees in their place, where
+                                 inputs are held; or none */
     SlideHistoryShape history;
     SlideForecast forecast;
     bool at_step_end; /* start value of SlideHead.known, of inputs that move */
@@ -63,6 +65,8 @@ typedef struct {
     double *output_ranges; /* [n_outputs][low, high] in the training, physical */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     SlideUndo undo;    /* scratch: what a step that fails takes back */
+    double *corrected; /* scratch [n_inputs], of a sample, see slide_history_sample */
+    double *others_taken; /* scratch as taken, of bounds of held inputs: what the companion sees */
     double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
     float *given;      /* scratch [n_outputs]: what a network gave before, scaled */

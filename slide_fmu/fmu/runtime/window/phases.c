@@ -90,7 +90,7 @@ static bool take(const SlideModel *model, SlideSeen *seen, uint64_t count, uint6
         if (left + 1 == n_open) {
             slide_seen_open(model, seen);
         }
-        if (!slide_seen_take(model, seen, model->taken + left * model->n_inputs, left == 0)) {
+        if (!slide_seen_take(model, seen, slide_sample_taken(model, left), left == 0)) {
             return false;
         }
     }
@@ -112,8 +112,7 @@ static bool close(const SlideModel *model, SlideState *state, SlideSeen *seen, u
     const double end = seen->head->end;
     slide_seen_take_back(model, seen);
     for (uint64_t left = count; left-- > 0;) {
-        const double *sample = model->taken + (from + left) * model->n_inputs;
-        if (!slide_seen_take(model, seen, sample, left == 0)) {
+        if (!slide_seen_take(model, seen, slide_sample_taken(model, from + left), left == 0)) {
             return false;
         }
     }
@@ -216,9 +215,9 @@ static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen,
     const uint64_t n_looked =
         model->bound.memory_length > 0 ? count : model->predictor.n_samples + n_open;
     slide_sample(model, state, count, fmax(now - time, 0));
-    slide_seen_restart(model, seen, model->taken + (count - 1) * model->n_inputs);
+    slide_seen_restart(model, seen, slide_sample_taken(model, count - 1));
     for (uint64_t left = count; left-- > n_looked;) {
-        slide_seen_pass(model, seen, model->taken + left * model->n_inputs);
+        slide_seen_pass(model, seen, slide_sample_taken(model, left));
     }
     const bool done = take(model, seen, n_looked < count ? n_looked : count, n_open);
     seen->head->end = lasts ? time : NAN;

@@ -2,12 +2,23 @@
 
 #include <string.h>
 
+/* A hold can have the effect of a moving input in a sample up to the order of (w h)^2 (w0 h)^2, with w0
+ * of the system: so much of a correction may be wrong. The companion of the bound sees it, so that the
+ * disagreement shows what that does to the outputs. */
+static const double IN_DOUBT = 1.0;
+
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before) {
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     for (uint64_t left = count; left-- > 0;) {
         const double end = -(double)left * model->step - before;
-        slide_history_sample(&reader, end - model->step, end, model->inputs);
+        slide_history_sample(&reader, end - model->step, end, model->inputs, model->corrected);
         slide_sampling_scale(model, model->inputs, model->taken + left * model->n_inputs);
+        if (model->others.capacity > 0) {
+            for (size_t i = 0; i < model->n_inputs; ++i) {
+                model->inputs[i] += IN_DOUBT * model->corrected[i];
+            }
+            slide_sampling_scale(model, model->inputs, model->others_taken + left * model->n_inputs);
+        }
     }
 }
 

@@ -9,6 +9,9 @@ void slide_seen_place(SlideSeen *seen, const SlideModel *model, SlideArena *aren
     const SlideNetwork *predictor = &model->predictor;
     seen->head = slide_place(arena, 1, sizeof *seen->head);
     slide_samples_place(&seen->samples, &model->samples, arena);
+    if (model->others.capacity > 0) {
+        slide_samples_place(&seen->others, &model->others, arena);
+    }
     predictor->family->place_state(&seen->predictor, predictor, arena);
     if (slide_is_recurrent(predictor->family)) {
         predictor->family->place_before(&seen->known, predictor, arena);
@@ -30,10 +33,13 @@ void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *
 }
 
 /* A sample that is out of range leaves its number, once it is counted. */
-static void append(const SlideModel *model, SlideSeen *seen, const double *sample) {
-    slide_samples_append(&model->samples, &seen->samples, sample);
+static void append(const SlideModel *model, SlideSeen *seen, SlideSample sample) {
+    slide_samples_append(&model->samples, &seen->samples, sample.inputs);
+    if (model->others.capacity > 0) {
+        slide_samples_append(&model->others, &seen->others, sample.others);
+    }
     seen->head->since += 1;
-    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
+    if (!slide_in_range(sample.inputs, model->n_inputs, model->cosine)) {
         seen->head->strayed = *seen->samples.count;
     }
 }
@@ -48,15 +54,18 @@ static void remember(const SlideModel *model, SlideSeen *seen, uint64_t sample, 
     }
 }
 
-void slide_seen_restart(const SlideModel *model, SlideSeen *seen, const double *sample) {
+void slide_seen_restart(const SlideModel *model, SlideSeen *seen, SlideSample sample) {
     *seen->head = (SlideSeenHead){.since = INFINITY};
-    slide_samples_fill(&model->samples, &seen->samples, sample);
-    slide_network_restart(&model->predictor, &seen->predictor, sample,
+    slide_samples_fill(&model->samples, &seen->samples, sample.inputs);
+    if (model->others.capacity > 0) {
+        slide_samples_fill(&model->others, &seen->others, sample.others);
+    }
+    slide_network_restart(&model->predictor, &seen->predictor, sample.inputs,
                           slide_seen_newest(model, seen));
     slide_estimate_restart(&model->estimator, &seen->estimate);
     slide_bound_restart(&model->bound, &seen->bound);
     remember(model, seen, *seen->samples.count - 1, false);
-    if (!slide_in_range(sample, model->n_inputs, model->cosine)) {
+    if (!slide_in_range(sample.inputs, model->n_inputs, model->cosine)) {
         seen->head->strayed = *seen->samples.count;
     }
 }
@@ -75,11 +84,11 @@ static bool evaluate(const SlideModel *model, SlideSeen *seen, uint64_t sample) 
 }
 
 /* The predictor goes on by a sample of this number. */
-static bool advance(const SlideModel *model, SlideSeen *seen, const double *sample,
+static bool advance(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                     uint64_t number, bool wanted) {
     const SlideFamily *family = model->predictor.family;
     const bool evaluated = wanted || slide_is_recurrent(family);
-    if (!slide_network_see(&model->predictor, &seen->predictor, number, sample,
+    if (!slide_network_see(&model->predictor, &seen->predictor, number, sample.inputs,
                            slide_seen_newest(model, seen)) ||
         (evaluated && !evaluate(model, seen, number))) {
         return false;
@@ -88,7 +97,7 @@ static bool advance(const SlideModel *model, SlideSeen *seen, const double *samp
     return true;
 }
 
-bool slide_seen_take(const SlideModel *model, SlideSeen *seen, const double *sample,
+bool slide_seen_take(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                      bool wanted) {
     const uint64_t number = *seen->samples.count;
     if (!advance(model, seen, sample, number, wanted)) {
@@ -99,12 +108,12 @@ bool slide_seen_take(const SlideModel *model, SlideSeen *seen, const double *sam
     return true;
 }
 
-void slide_seen_pass(const SlideModel *model, SlideSeen *seen, const double *sample) {
+void slide_seen_pass(const SlideModel *model, SlideSeen *seen, SlideSample sample) {
     remember(model, seen, *seen->samples.count, false);
     append(model, seen, sample);
 }
 
-bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, const double *sample,
+bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                        uint64_t less) {
     const uint64_t number = *seen->samples.count;
     for (uint64_t left = model->predictor.n_settling - less; left > 0; --left) {
@@ -147,6 +156,13 @@ static void forget(const SlideModel *model, SlideSeen *seen, const SlideNetworkS
     }
 }
 
+static void count_back(const SlideModel *model, SlideSeen *seen, uint64_t count) {
+    *seen->samples.count = count;
+    if (model->others.capacity > 0) {
+        *seen->others.count = count;
+    }
+}
+
 /* The head, without its open samples. */
 static void close_head(const SlideModel *model, SlideSeenHead *head) {
     head->end -= (double)head->n_open * model->step;
@@ -157,14 +173,14 @@ static void close_head(const SlideModel *model, SlideSeenHead *head) {
 
 void slide_seen_take_back(const SlideModel *model, SlideSeen *seen) {
     const uint64_t n_open = seen->head->n_open;
-    *seen->samples.count -= n_open;
+    count_back(model, seen, *seen->samples.count - n_open);
     close_head(model, seen->head);
     forget(model, seen, &seen->known, n_open > 1 ? n_open : 0);
 }
 
 void slide_seen_restore(const SlideModel *model, SlideSeen *seen, const SlideSeenHead *head,
                         uint64_t count, const SlideNetworkState *known) {
-    *seen->samples.count = count - head->n_open;
+    count_back(model, seen, count - head->n_open);
     *seen->head = *head;
     close_head(model, seen->head);
     forget(model, seen, known, UINT64_MAX);

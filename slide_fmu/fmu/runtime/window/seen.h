@@ -9,6 +9,7 @@
 typedef struct {
     SlideSeenHead *head;
     SlideSamples samples;
+    SlideSamples others; /* the same as the companion of the bound sees them, where it sees others */
     SlideNetworkState predictor;
     SlideNetworkState known; /* of recurrent networks: as it was before the open samples */
     float *given; /* [n_outputs], what the predictor gave after the newest sample, scaled */
@@ -24,17 +25,22 @@ size_t slide_seen_size(const SlideModel *model);
 /* One becomes what another one is. */
 void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *to);
 
-/* Forget all samples; this one, scaled [n_inputs], counts for all. */
-void slide_seen_restart(const SlideModel *model, SlideSeen *seen, const double *sample);
+/* A sample, scaled [n_inputs], and what the companion of the bound sees in its place; may be the same. */
+typedef struct {
+    const double *inputs, *others;
+} SlideSample;
+
+/* Forget all samples; this one counts for all. */
+void slide_seen_restart(const SlideModel *model, SlideSeen *seen, SlideSample sample);
 
 /* The predictor goes on by a sample, or does not look at it. Layers are evaluated only where their
  * values are wanted, in seen->given. False when a result is not finite. */
-bool slide_seen_take(const SlideModel *model, SlideSeen *seen, const double *sample,
+bool slide_seen_take(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                      bool wanted);
-void slide_seen_pass(const SlideModel *model, SlideSeen *seen, const double *sample);
+void slide_seen_pass(const SlideModel *model, SlideSeen *seen, SlideSample sample);
 
 /* The predictor looks at the sample taken in last until it has forgotten all else; so many times less. */
-bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, const double *sample,
+bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                        uint64_t less);
 
 /* From here on samples are open. */

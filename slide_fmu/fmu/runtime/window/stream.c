@@ -44,25 +44,25 @@ static bool see_start(const SlideModel *model, SlideState *state) {
     const bool forecasts = slide_stream_forecasts(model, state);
     const bool first_is_held = prehistory == SLIDE_FIRST_HELD && !forecasts;
     const bool reaches = prehistory != SLIDE_FIRST_HELD && forecasts;
+    const SlideSample rest = {model->taken, model->taken};
     bool done = true;
     if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         slide_sampling_recall(model, state);
         slide_sample(model, state, model->memory_length, 0);
         *state->history.count = 0;
-        slide_seen_restart(model, start,
-                           model->taken + (model->memory_length - 1) * model->n_inputs);
+        slide_seen_restart(model, start, slide_sample_taken(model, model->memory_length - 1));
         for (uint64_t left = model->memory_length; done && left-- > 0;) {
-            done = slide_seen_take(model, start, model->taken + left * model->n_inputs, left == 0);
+            done = slide_seen_take(model, start, slide_sample_taken(model, left), left == 0);
         }
     } else {
         slide_sampling_scale(model, slide_stream_prehistory(model, state), model->taken);
-        slide_seen_restart(model, start, model->taken);
-        done = slide_seen_settle(model, start, model->taken, first_is_held ? 1 : 0);
+        slide_seen_restart(model, start, rest);
+        done = slide_seen_settle(model, start, rest, first_is_held ? 1 : 0);
     }
     if (done && (first_is_held || reaches)) {
         slide_sampling_scale(model, state->inputs, model->taken);
         slide_seen_open(model, start);
-        done = slide_seen_take(model, start, model->taken, true);
+        done = slide_seen_take(model, start, rest, true);
         start->head->n_open = 1;
     }
     start->head->used = done;
@@ -125,7 +125,7 @@ static void doubt(const SlideModel *model, SlideState *state) {
     const bool ends = shape->first_order && state->head->known != 0;
     const double *from = ends ? step + 1 : before + 1;
     const double *to = ends ? state->history.end : step + 1;
-    const double length = ends ? step[0] : before[0];
+    const double length = ends ? state->head->last_length : state->head->length_before;
     const bool coarse = length > model->step * (1 + COARSE) &&
                         memcmp(from, to, model->n_inputs * sizeof *from) != 0;
     const bool held = !shape->first_order, known_held = held && state->head->known != 0;
@@ -380,8 +380,9 @@ const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *
 
 static void bound_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
                         SlideBoundState *bound) {
-    slide_bound_catch_up(&model->bound, model->kernel, &model->samples, &seen->samples, count,
-                         bound);
+    const bool apart = model->others.capacity > 0;
+    slide_bound_catch_up(&model->bound, model->kernel, &model->samples,
+                         apart ? &seen->others : &seen->samples, count, bound);
 }
 
 static void conclude(const SlideModel *model, SlideState *state, SlideBoundState *bound) {

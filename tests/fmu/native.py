@@ -21,7 +21,11 @@ OK, WARNING, DISCARD, ERROR = range(4)
 
 
 class Native:
-    """One FMU instance through ctypes: every call gives the bare FMI status."""
+    """One FMU instance through ctypes: every call gives the bare FMI status.
+
+    Held inputs are held in every step, unless ``held`` is false: then those that move smoothly are
+    taken to do so within steps, too.
+    """
 
     def __init__(
         self,
@@ -30,6 +34,7 @@ class Native:
         uri: str,
         name: str = "one",
         surrogate: Surrogate | None = None,
+        held: bool = True,
     ) -> None:
         self.library = library
         self.places = Places(surrogate, 2)
@@ -43,6 +48,8 @@ class Native:
         )
         self.component = ctypes.c_void_p(pointer)
         self.steps = 0
+        if held and pointer:
+            self.hold_inputs()
 
     def _log(self, _env: object, _name: bytes, _status: int, _kind: bytes, text: bytes) -> None:
         self.messages.append(text.decode())
@@ -56,6 +63,13 @@ class Native:
         assert self.call("fmi2EnterInitializationMode") == OK
         assert self.call("fmi2ExitInitializationMode") == OK
         return self
+
+    def hold_inputs(self) -> None:
+        """All inputs are held over each step, where the surrogate was trained on held ones."""
+        for reference in self.places.of_held():
+            number = ctypes.byref(ctypes.c_uint(reference))
+            one, value = ctypes.c_size_t(1), ctypes.byref(ctypes.c_double(1))
+            assert self.call("fmi2SetReal", number, one, value) == OK
 
     def set(self, *values: float, first: int = 0) -> int:
         count = len(values)
@@ -153,8 +167,12 @@ class Loaded:
         folder = self.folder / "binaries" / fmpy.platform
         return ctypes.CDLL(str(next(folder.glob(f"{self.surrogate.name}.*"))))
 
-    def instance(self, guid: str | None = None, uri: str | None = None) -> Native:
-        made = Native(self.library, guid or self.guid, uri or self.uri, surrogate=self.surrogate)
+    def instance(
+        self, guid: str | None = None, uri: str | None = None, held: bool = True
+    ) -> Native:
+        made = Native(
+            self.library, guid or self.guid, uri or self.uri, surrogate=self.surrogate, held=held
+        )
         self.instances.append(made)
         return made
 

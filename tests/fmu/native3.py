@@ -24,7 +24,7 @@ NO, YES = ctypes.c_bool(False), ctypes.c_bool(True)
 
 
 class Native3:
-    """One FMU instance through ctypes."""
+    """One FMU instance through ctypes; held inputs are held in every step, unless held is false."""
 
     def __init__(
         self,
@@ -36,6 +36,7 @@ class Native3:
         watch: Watch | None = None,
         ends: bool = False,
         surrogate: Surrogate | None = None,
+        held: bool = True,
     ) -> None:
         self.library = library
         self.places = Places(surrogate, 3)
@@ -53,6 +54,8 @@ class Native3:
         self.instance = ctypes.c_void_p(pointer)
         self.last = 0.0
         self.flags: tuple[bool, ...] = ()
+        if held and pointer:
+            self.hold_inputs()
 
     def _log(self, _environment: object, _status: int, _kind: bytes, text: bytes) -> None:
         self.messages.append(text.decode())
@@ -89,6 +92,13 @@ class Native3:
         assert self.initialize(time) == OK, self.messages
         assert self.call("fmi3ExitInitializationMode") == OK
         return self
+
+    def hold_inputs(self) -> None:
+        """All inputs are held over each step, where the surrogate was trained on held ones."""
+        for reference in self.places.of_held():
+            one, value = ctypes.c_size_t(1), ctypes.byref(ctypes.c_double(1))
+            number = ctypes.byref(ctypes.c_uint(reference))
+            assert self.call("fmi3SetFloat64", number, one, value, one) == OK
 
     def set(self, *values: float, first: int = 0, count: int | None = None) -> int:
         n = len(values)

@@ -33,6 +33,10 @@ class Places:
         ]
         return (ctypes.c_uint * len(found))(*found)
 
+    def of_held(self) -> list[int]:
+        """The value reference of the parameter that says that inputs are held, if there is one."""
+        return [one.reference for one in self._variables if one.kind.key == "INPUTS_HELD"]
+
     def _is_boolean(self, place: int) -> bool:
         return place < len(self._variables) and self._variables[place].type == "Boolean"
 

@@ -42,7 +42,8 @@ static void place(SlideNetwork *network, const SlideNetworkView *view, uint32_t 
     cells->both = slide_place_panels(2 * cells->cell.row_panels, 1, arena);
     cells->newest = slide_place(arena, cell->n_values, sizeof(float));
     cells->faded = slide_place(arena, cell->n_values, sizeof(float));
-    cells->n_recent = slide_power_of_two(cell->n_out);
+    /* open samples are taken back: those before them are still there */
+    cells->n_recent = slide_power_of_two((uint64_t)cell->n_out + cell->n_samples);
     cells->block = slide_place(arena, cell->n_out, cell->n_values * sizeof(float));
 }
 

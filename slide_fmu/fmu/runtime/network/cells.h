@@ -16,7 +16,8 @@ typedef struct {
     float *both;       /* scratch: rows of both states, those of a value together */
     float *newest;     /* scratch [n_values]: the values of the network */
     float *faded;      /* scratch [n_values]: what the younger state changes in them */
-    uint64_t n_recent; /* places for n_block samples, a power of two */
+    uint64_t n_recent; /* places for n_block samples, and for those that may be taken back; a power of
+                          two */
     float *block;      /* scratch [n_block][n_values] */
 } SlideCells;
 

@@ -57,6 +57,20 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
                             steps_per_sample, payload->first_order, model->cosine);
 }
 
+static void place_undo(SlideModel *model, SlideArena *arena) {
+    SlideUndo *undo = &model->undo;
+    const size_t row = model->n_inputs * sizeof(double);
+    undo->end = slide_place(arena, 1, row);
+    undo->moved = slide_place(arena, model->n_inputs, 1);
+    undo->forecast = slide_place(arena, model->n_outputs, sizeof(double));
+    undo->acting = slide_place(arena, model->parameters.count, sizeof(double));
+    undo->since = slide_place(arena, model->n_phases + 1, sizeof(double));
+    undo->start_used = slide_place(arena, 1, sizeof *undo->start_used);
+    undo->seen = slide_place(arena, 1, sizeof *undo->seen);
+    undo->count = slide_place(arena, 2, sizeof *undo->count);
+    undo->open = slide_place(arena, model->n_in, row);
+}
+
 void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,
                        SlideArena *arena) {
     model->kernel = slide_kernel(0);
@@ -78,11 +92,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->at_step_end = payload->forecast.at_step_end;
     place_output_ranges(model, payload, arena);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->undo.end = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->undo.moved = slide_place(arena, payload->n_inputs, 1);
-    model->undo.forecast = slide_place(arena, payload->n_outputs, sizeof(double));
-    model->undo.seen = slide_place(arena, 1, sizeof *model->undo.seen);
-    model->undo.count = slide_place(arena, 2, sizeof *model->undo.count);
+    place_undo(model, arena);
     model->corrected = slide_place(arena, payload->n_inputs, sizeof(double));
     model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone : 0,
                                       payload->n_inputs * sizeof(double));

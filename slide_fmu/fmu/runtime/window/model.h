@@ -36,8 +36,12 @@ typedef struct {
     double *end;              /* [n_inputs], SlideHistory.end */
     unsigned char *moved;     /* [n_inputs], of the newest step of the history */
     double *forecast;         /* [n_outputs], SlideAhead.forecast */
+    double *acting;           /* [parameters.count], SlideState.acting */
+    double *since;            /* [n_phases + 1], SlideSeenHead.since */
+    uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
     uint64_t *count;            /* [2], its samples, and its place */
+    double *open;               /* [n_in][n_inputs], its open samples, scaled, oldest first */
 } SlideUndo;
 
 typedef struct {

@@ -121,43 +121,83 @@ static bool close(const SlideModel *model, SlideState *state, SlideSeen *seen, u
     return true;
 }
 
-/* What derivatives need of the state before the samples of this step, and what undoes it. */
-static void note(const SlideModel *model, SlideState *state, const SlideSeen *seen,
-                 uint64_t n_taken) {
+/* What derivatives need of the state before the samples that come after what is known, and what
+ * undoes the step. */
+static void note(const SlideModel *model, SlideState *state, const SlideSeen *seen, double time) {
     const SlideFamily *family = model->predictor.family;
+    const size_t row = model->n_inputs;
+    const SlideUndo *undo = &model->undo;
     SlideHead *head = state->head;
     head->before = 1 - head->before;
     if (slide_is_recurrent(family)) {
         family->keep(&model->predictor, seen->head->n_open > 0 ? &seen->known : &seen->predictor,
                      &state->before.predictor[head->before]);
     }
-    head->n_since = seen->head->n_open + n_taken;
-    *model->undo.seen = *seen->head;
-    model->undo.count[0] = *seen->samples.count;
-    model->undo.count[1] = (uint64_t)(seen - state->seen);
+    head->n_since = (uint64_t)samples_between(model, slide_seen_known_end(model, seen), time);
+    *undo->seen = *seen->head;
+    undo->count[0] = *seen->samples.count;
+    undo->count[1] = (uint64_t)(seen - state->seen);
+    for (uint64_t left = seen->head->n_open; left-- > 0;) {
+        const uint64_t number = *seen->samples.count - 1 - left;
+        memcpy(undo->open + (seen->head->n_open - 1 - left) * row,
+               slide_samples_at(&model->samples, &seen->samples, number), row * sizeof(double));
+    }
+}
+
+void slide_phases_prepare(const SlideModel *model, const SlideState *state) {
+    const SlideUndo *undo = &model->undo;
+    undo->seen->used = 0;
+    *undo->start_used = state->seen[model->n_phases].head->used;
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        undo->since[place] = state->seen[place].head->since;
+    }
+}
+
+/* The phase that went on is what it was. */
+static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen) {
+    const SlideUndo *undo = &model->undo;
+    const uint64_t n_open = undo->seen->n_open;
+    bool done = true;
+    slide_seen_restore(model, seen, undo->seen, undo->count[0],
+                       &state->before.predictor[1 - state->head->before]);
+    for (uint64_t i = 0; done && i < n_open; ++i) {
+        if (i == 0) {
+            slide_seen_open(model, seen);
+        }
+        done = slide_seen_take(model, seen, undo->open + i * model->n_inputs, i + 1 == n_open);
+    }
+    *seen->head = *undo->seen;
+    return done;
 }
 
 bool slide_phases_undo(const SlideModel *model, SlideState *state) {
     const SlideUndo *undo = &model->undo;
+    const uint64_t n_steps = state->head->n_steps;
     bool same = true;
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        state->seen[place].head->since = undo->since[place];
+    }
+    slide_start(model, state)->head->used = *undo->start_used;
+    undo->seen->since = undo->since[undo->count[1]];
     for (size_t place = 0; place < model->n_phases; ++place) {
         SlideSeen *seen = &state->seen[place];
-        if (seen->head->used <= state->head->n_steps) {
+        if (seen->head->used <= n_steps) {
             continue;
         }
-        if (undo->seen->used == 0 || undo->count[1] != place) {
+        /* one that went on twice was noted after it had seen what failed */
+        if (undo->count[1] != place || undo->seen->used == 0 || undo->seen->used > n_steps ||
+            !restore(model, state, seen)) {
             seen->head->used = 0;
             same = same && state->head->now != place;
-            continue;
         }
-        const double now = slide_clock_time(&state->head->inner), time = undo->seen->end;
-        slide_seen_restore(model, seen, undo->seen, undo->count[0],
-                           &state->before.predictor[1 - state->head->before]);
-        slide_sample(model, state, undo->seen->n_open, fmax(now - time, 0));
-        same = take(model, seen, undo->seen->n_open, undo->seen->n_open) && same;
-        seen->head->end = time;
     }
     return same;
+}
+
+void slide_phases_forget(const SlideModel *model, SlideState *state) {
+    for (size_t place = 0; place < model->n_phases; ++place) {
+        state->seen[place].head->used = 0;
+    }
 }
 
 /* A phase goes on to a time, by samples that come after those that it has. Open ones stay where they
@@ -165,6 +205,7 @@ bool slide_phases_undo(const SlideModel *model, SlideState *state) {
 static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, double time,
                   uint64_t least_open) {
     const double now = slide_clock_time(&state->head->inner);
+    note(model, state, seen, time);
     if (seen->head->n_open > 0 && (n_open_at(model, state, seen->head->end) > 0 ||
                                    samples_between(model, seen->head->end, time) < 0)) {
         slide_seen_take_back(model, seen);
@@ -173,7 +214,6 @@ static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, d
     const uint64_t n_taken = (uint64_t)samples_between(model, seen->head->end, time);
     const uint64_t n_open = n_open_at(model, state, time);
     slide_sample(model, state, n_again + n_taken, fmax(now - time, 0));
-    note(model, state, seen, n_taken);
     const bool done = (n_again == 0 || close(model, state, seen, n_taken)) &&
                       take(model, seen, n_taken, n_open > least_open ? n_open : least_open);
     seen->head->end = time;
@@ -214,6 +254,9 @@ static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen,
     /* the bound compares what the predictor gave after all of them */
     const uint64_t n_looked =
         model->bound.memory_length > 0 ? count : model->predictor.n_samples + n_open;
+    if (seen != slide_now(state)) {
+        slide_seen_clear(model, seen, slide_now(state));
+    }
     slide_sample(model, state, count, fmax(now - time, 0));
     slide_seen_restart(model, seen, slide_sample_taken(model, count - 1));
     for (uint64_t left = count; left-- > n_looked;) {

@@ -15,9 +15,15 @@ uint64_t slide_phases_of(const SlideModel *model, double length);
 bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
                         uint64_t least_open, size_t *place);
 
-/* What was before a step that failed, and that the history and the head of the state have again. False
- * when a phase is not what it was: then it is empty. */
+/* A step begins: what slide_phases_undo needs. */
+void slide_phases_prepare(const SlideModel *model, const SlideState *state);
+
+/* What was before a step that failed, and that the head of the state has again. False when the phase
+ * behind the outputs is not what it was: then it is empty. */
 bool slide_phases_undo(const SlideModel *model, SlideState *state);
+
+/* All are empty but what was before the first step. */
+void slide_phases_forget(const SlideModel *model, SlideState *state);
 
 /* To do the last step again, all samples are taken in anew. */
 void slide_phases_note_nothing(SlideState *state);

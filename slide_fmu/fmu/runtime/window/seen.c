@@ -32,6 +32,14 @@ void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *
     memcpy(to->head, from->head, slide_seen_size(model));
 }
 
+void slide_seen_clear(const SlideModel *model, SlideSeen *seen, const SlideSeen *other) {
+    const SlideNetwork *network = &model->predictor;
+    memset(seen->head, 0, slide_seen_size(model));
+    if (slide_is_recurrent(network->family)) {
+        network->family->keep(network, &other->predictor, &seen->predictor);
+    }
+}
+
 /* A sample that is out of range leaves its number, once it is counted. */
 static void append(const SlideModel *model, SlideSeen *seen, SlideSample sample) {
     slide_samples_append(&model->samples, &seen->samples, sample.inputs);

@@ -281,7 +281,8 @@ static void prepare(const SlideModel *model, SlideState *state) {
         memcpy(undo->moved, slide_history_moved(&model->history, &state->history, 0),
                model->n_inputs);
     }
-    undo->seen->used = 0;
+    memcpy(undo->acting, state->acting, model->parameters.count * sizeof(double));
+    slide_phases_prepare(model, state);
 }
 
 /* Back to before a step that failed. */
@@ -296,13 +297,15 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
     if (head->n_steps == 0) {
         *state->history.count = 0;
         state->head->current = 0;
+        slide_phases_forget(model, state);
         return;
     }
     *state->history.count -= 1;
     memcpy(state->history.end, model->undo.end, row);
     memcpy(slide_history_moved(&model->history, &state->history, 0), model->undo.moved,
            model->n_inputs);
-    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
+    memcpy(state->acting, model->undo.acting, model->parameters.count * sizeof(double));
+    slide_model_form(model, state->acting);
     if (!slide_phases_undo(model, state)) { /* else all is found again */
         state->head->n_steps -= 1;
         reach(model, state);
@@ -310,6 +313,7 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
         slide_phases_note_nothing(state);
         state->head->concluded = state->head->estimated = 0;
     }
+    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
 }
 
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {

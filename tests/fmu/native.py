@@ -71,6 +71,12 @@ class Native:
             one, value = ctypes.c_size_t(1), ctypes.byref(ctypes.c_double(1))
             assert self.call("fmi2SetReal", number, one, value) == OK
 
+    def reset(self) -> int:
+        """Status of a reset, after which inputs are held again."""
+        status = self.call("fmi2Reset")
+        self.hold_inputs()
+        return status
+
     def set(self, *values: float, first: int = 0) -> int:
         count = len(values)
         references = self.places.references(range(first, first + count))

@@ -14,6 +14,11 @@ Read = Callable[[ctypes.Array[ctypes.c_uint], bool], tuple[int, list[float]]]
 """Reads variables that are all Boolean, or all Real: status and values."""
 
 
+def first_of(surrogate: Surrogate, key: str, fmi: FmiVersion = 3) -> int:
+    """The place of the first variable of a kind, such as ``TIME``."""
+    return [one.kind.key for one in fmu_variables(surrogate, fmi)].index(key)
+
+
 class Places:
     """Value references and types by place; a place behind the last variable is its own reference.
 

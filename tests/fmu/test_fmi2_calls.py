@@ -13,8 +13,8 @@ from tests.fmu.standards import functions
 
 def test_unknown_references_and_null_pointers_are_refused(rich: Loaded) -> None:
     native = rich.instance().start()
-    assert native.try_get(11)[0] == OK
-    assert native.try_get(12)[0] == ERROR
+    assert native.try_get(12)[0] == OK
+    assert native.try_get(13)[0] == ERROR
     assert native.set(1.0, first=2) == ERROR
     assert "is no input" in native.messages[-1]
     assert native.set(1.0, first=4_000_000_000) == ERROR

@@ -118,7 +118,7 @@ def test_input_derivatives_are_part_of_a_saved_state(
             assert one.do_step(one.time(), length * STEP) == OK
         assert native.save() == other.save()
     native.set_rates(40.0)
-    assert native.call("fmi2Reset") == OK
+    assert native.reset() == OK
     assert native.save() == loaded.instance().save()
 
 

@@ -18,7 +18,7 @@ from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 from tests.refusals import refused
 
-KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1"]
+KNOWN_AT_START = ["u0", "u1", "prehistory_known", "initial_u0", "initial_u1", "inputs_held"]
 KINDS = ["inputs_in_range", "prehistory_known", "initial_u0"]
 
 
@@ -30,7 +30,7 @@ def test_model_description_holds_the_signals_of_the_surrogate(
     assert list(variables) == [
         *("u0", "u1", "y0", "y1", "y0_error_estimate", "y1_error_estimate"),
         *("window_filled", "error_estimate_filled", "inputs_in_range"),
-        *("prehistory_known", "initial_u0", "initial_u1"),
+        *("prehistory_known", "initial_u0", "initial_u1", "inputs_held"),
     ]
     first = variables["u0"]
     assert (first.min, first.max, first.start) == ("-2.0", "3.0", repr(surrogate.starts[0].item()))
@@ -62,7 +62,8 @@ def test_description_of_fmi_3_says_what_that_of_fmi_2_says_and_more(
     assert three.fmiVersion == "3.0"
     assert three.instantiationToken == two.guid
     same = ("name", "valueReference", "causality", "unit", "min", "max", "start", "description")
-    *variables, time, first_window, window, initial, _ = three.modelVariables
+    *variables, time, first_window, window, initial, _, held = three.modelVariables
+    variables.append(held)
     for one, other in zip(two.modelVariables, variables, strict=True):
         assert (one.type, other.type) in (("Real", "Float64"), ("Boolean", "Boolean"))
         if other.name == "prehistory_known":  # has one more value
@@ -113,7 +114,7 @@ def test_description_without_estimator_has_no_estimates(
     names = [variable.name for variable in description.modelVariables]
     assert names == [
         *("u0", "u1", "y0", "y1", "window_filled", "inputs_in_range"),
-        *("prehistory_known", "initial_u0", "initial_u1"),
+        *("prehistory_known", "initial_u0", "initial_u1", "inputs_held"),
     ]
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
     assert initial == [KNOWN_AT_START] * 2 + [["prehistory_known"], KNOWN_AT_START]
@@ -126,7 +127,7 @@ def test_description_of_a_cell_has_its_truncation_errors(tmp_path: Path) -> None
     variables = description.modelVariables
     assert [variable.name for variable in variables[6:]] == [
         *("window_filled", "error_estimate_filled", "y0_truncation_error", "y1_truncation_error"),
-        *("inputs_in_range", "prehistory_known", "initial_u0", "initial_u1"),
+        *("inputs_in_range", "prehistory_known", "initial_u0", "initial_u1", "inputs_held"),
     ]
     assert (variables[8].unit, variables[8].min, variables[8].causality) == ("m", "0.0", "output")
     initial = [[v.name for v in u.dependencies] for u in description.initialUnknowns]
@@ -138,10 +139,10 @@ def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None
     path = export_fmu(surrogate, tmp_path / "m.fmu")
     description = fmpy.read_model_description(str(path))
     variables = {variable.name: variable for variable in description.modelVariables}
-    assert list(variables)[-9:] == [
+    assert list(variables)[-10:] == [
         *("y0_error_bound", "y1_error_bound", "in_domain", "novelty"),
         *("error_bound_filled", "confidence"),
-        *("y0_error_tolerance", "y1_error_tolerance", "trusted"),
+        *("y0_error_tolerance", "y1_error_tolerance", "trusted", "inputs_held"),
     ]
     confidence, bound = variables["confidence"], variables["y1_error_bound"]
     assert (confidence.min, confidence.max, confidence.start) == ("0.9", "0.99", "0.95")
@@ -149,7 +150,8 @@ def test_description_of_an_error_bound_has_its_variables(tmp_path: Path) -> None
     assert (bound.unit, bound.min, bound.max) == ("m", "0.0", None)
     assert variables["in_domain"].type == "Boolean"
     initial = {u.variable.name: u.dependencies for u in description.initialUnknowns}
-    known = [*KNOWN_AT_START, "confidence", "y0_error_tolerance", "y1_error_tolerance"]
+    *known, held = KNOWN_AT_START
+    known += ["confidence", "y0_error_tolerance", "y1_error_tolerance", held]
     assert [v.name for v in initial["novelty"]] == known
     assert [v.name for v in initial["error_bound_filled"]] == ["prehistory_known"]
     assert check_fmu(path) == []

@@ -19,6 +19,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import FORGETFUL, LASTING, drawn
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import Native3, instance_of
+from tests.fmu.places import first_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
@@ -37,7 +38,7 @@ both_families = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 def windows(native: Native3, surrogate: Surrogate) -> FloatArray:
     """All windows, (n_out, n_outputs)."""
-    first, count = len(fmu_variables(surrogate)) + 1, block_size(surrogate)
+    first, count = first_of(surrogate, "OUTPUT_WINDOW"), block_size(surrogate)
     m = len(surrogate.outputs)
     values = (ctypes.c_double * (m * count))()
     references = native.places.references(range(first, first + m))
@@ -154,8 +155,8 @@ def test_output_window_with_samples_that_are_not_finite_is_refused(load: Load) -
     layers = (*first, replace(last, weights=larger))
     changed = FeedForward(layers, network.n_samples, network.features)
     native = instance_of(load(replace(surrogate, network=changed))).start()
-    time = len(fmu_variables(surrogate))
-    values, reference = (ctypes.c_double * 3)(), native.places.references([time + 1])
+    place = first_of(surrogate, "OUTPUT_WINDOW")
+    values, reference = (ctypes.c_double * 3)(), native.places.references([place])
     arguments = reference, ctypes.c_size_t(1), values, ctypes.c_size_t(3)
     assert native.call("fmi3GetFloat64", *arguments) == OK
     assert native.set(1e3) == native.do_step(0.0) == OK
@@ -169,13 +170,14 @@ def test_output_window_with_samples_that_are_not_finite_is_refused(load: Load) -
 def test_networks_of_one_sample_have_no_output_windows() -> None:
     one_sample = random_surrogate(Shape(block=False))
     assert block_size(one_sample) == 1
-    assert [v.name for v in fmu_variables(one_sample, 3)][-2:] == ["time", "initial_u0_window"]
+    names = [v.name for v in fmu_variables(one_sample, 3)]
+    assert names[-3:] == ["time", "initial_u0_window", "inputs_held"]
     names = [v.name for v in fmu_variables(random_surrogate(Shape()), 3)]
-    assert names[-3:] == ["time", "y0_window", "initial_u0_window"]
+    assert names[-4:] == ["time", "y0_window", "initial_u0_window", "inputs_held"]
 
 
 def test_output_window_read_with_a_wrong_count_is_refused(rich: Loaded) -> None:
-    native, time = instance_of(rich).start(), len(fmu_variables(rich.surrogate))
+    native, time = instance_of(rich).start(), first_of(rich.surrogate, "TIME")
     references = native.places.references([time, time + 1])
     values = (ctypes.c_double * 5)(*[-7.0] * 5)
     for count, status in ((4, ERROR), (2, ERROR), (5, OK)):
@@ -185,7 +187,7 @@ def test_output_window_read_with_a_wrong_count_is_refused(rich: Loaded) -> None:
     assert f"{2} values for 2 variables; expected 5" in native.messages[-1]
     assert native.call("fmi3SetFloat64", references, 2, values, ctypes.c_size_t(5)) == ERROR
     assert "is no input" in native.messages[-1]
-    assert native.try_get(time + 5)[0] == ERROR
+    assert native.try_get(len(fmu_variables(rich.surrogate, 3)))[0] == ERROR
     assert "expected one of modelDescription.xml" in native.messages[-1]
 
 

@@ -84,8 +84,14 @@ def _simulate(path: Path, surrogate: Surrogate, inputs: FloatArray) -> dict[str,
         dtype=[("time", float), *((name, float) for name in names)],
     )
     stop = len(inputs) * STEP
+    held = {"inputs_held": 1.0} if surrogate.hold == "zero_order" else {}
     result = fmpy.simulate_fmu(
-        str(path), stop_time=stop, step_size=STEP, output_interval=STEP, input=table
+        str(path),
+        stop_time=stop,
+        step_size=STEP,
+        output_interval=STEP,
+        input=table,
+        start_values=held,
     )
     assert len(result) == len(inputs) + 1
     return {name: result[name][1:] for name in result.dtype.names}

@@ -41,6 +41,7 @@ NUMBERS = {
     "OUTPUTS_IN_RANGE": 20,
     "ERROR_TOLERANCE": 21,
     "TRUSTED": 22,
+    "INPUTS_HELD": 23,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 

@@ -333,7 +333,9 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
 
 bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
     SlideHead *head = state->head;
-    head->last_length += model->step;
+    head->n_steps -= 1; /* both are one */
+    head->concluded = head->estimated = 0;
+    head->last_length = (nearbyint(head->last_length / model->step) + 1) * model->step;
     slide_clock_advance(&head->inner, slide_clock_time(&head->inner), model->step);
     slide_history_newest(&model->history, &state->history)[0] = head->last_length;
     return finish(model, state);

@@ -48,6 +48,11 @@ PATTERNS: dict[str, list[float]] = {
 both_holds = pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 
 
+def n_phases(length: float) -> int:
+    """How many phases steps of a length in h come through; 0: more than the FMU keeps."""
+    return next((n for n in range(1, 11) if abs(n * length - round(n * length)) < 1e-5), 0)
+
+
 def drawn(count: int, n_inputs: int) -> FloatArray:
     return np.random.default_rng(9).uniform(-2, 3, (count, n_inputs))
 

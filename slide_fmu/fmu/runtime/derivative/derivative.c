@@ -19,6 +19,7 @@ typedef struct {
     const SlideDerivativeScratch *scratch;
     uint64_t n_moved; /* newest samples that the inputs of this step move */
     uint64_t n_taken; /* samples that come after what was before */
+    uint64_t n_after; /* of a whole window: so many more */
     bool anew;        /* is the whole window taken in once more? else what came since */
     bool settled;     /* the inputs count as held for ever */
 } Replay;
@@ -42,12 +43,12 @@ static void put_earlier(const Replay *replay) {
     }
 }
 
-/* Newest samples that end after the last but one communication point: the inputs of the last one are
- * what the step before it ends with. */
+/* Newest samples that end after the last communication point, or the one before it, where its inputs
+ * are what the step before it ends with. */
 static uint64_t n_moved_of(const SlideModel *model, const SlideState *state) {
     const SlideHead *head = state->head;
-    const bool ends = model->history.first_order && !slide_stream_forecasts(model, state);
-    const double time = head->last_length + (ends ? 0 : fmax(head->length_before, model->step));
+    const double before = head->known != 0 ? 0 : fmax(head->length_before, model->step);
+    const double time = head->last_length + before;
     const double samples = ceil(time / model->step - SLACK);
     return samples < model->n_redone ? (uint64_t)samples : model->n_redone;
 }
@@ -77,6 +78,7 @@ static const double *evaluate(const Replay *replay, const SlideNetwork *network,
     const SlideBeforeStep *before = &replay->state->before;
     const SlideExactRun run = {.samples = row_at(replay, age),
                                .n_taken = (uint32_t)replay->n_taken,
+                               .n_after = (uint32_t)replay->n_after,
                                .anew = replay->anew,
                                .settled = replay->settled,
                                .before = &before->predictor[replay->state->head->before]};
@@ -142,6 +144,8 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
                         const SlideDerivativeScratch *scratch) {
     Replay replay = {.model = model, .state = state, .scratch = scratch};
     const SlideSeen *seen = slide_now(state);
+    const uint64_t most = model->n_redone - SLIDE_BEFORE, looked = state->head->n_looked;
+    const uint64_t n_window = model->predictor.n_samples;
     replay.n_taken = state->head->n_since;
     if (slide_stream_fresh(state)) {
         replay.n_taken = 0;
@@ -155,8 +159,10 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
         replay.n_moved = replay.anew ? model->n_redone : replay.n_moved;
         /* the first sample counts as settled, too, where it is held */
         replay.n_taken -= !replay.anew && !slide_stream_forecasts(model, state);
-    } else if (state->head->n_phases == 0) { /* what networks have seen ends at other times */
+    } else if (state->head->n_phases == 0 || looked > 0) {
+        /* what networks have seen ends at other times, or all was read from the history */
         replay.n_moved = model->n_redone;
+        replay.n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;
         replay.anew = true;
     } else {
         replay.n_moved = n_moved_of(model, state);
@@ -179,7 +185,7 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     }
     slide_model_form(model, state->acting);
     memcpy(scratch->inputs, state->inputs, row);
-    memcpy(scratch->given, fresh ? state->inputs : slide_stream_given(model, state), row);
+    memcpy(scratch->given, fresh ? state->inputs : state->before.given, row);
     memcpy(scratch->forecast, state->forecast.spacing, state->forecast.size);
     const Replay replay = replay_of(model, state, scratch);
     for (size_t side = 0; side < 2; ++side) {

@@ -295,8 +295,11 @@ void slide_history_at(SlideReader *reader, double time, double *inputs) {
         if (has_moved(reader, reader->at, i)) {
             on_curve(reader, i, &curve, inputs + i);
             i += 1 + shape->cosine[i];
-        } else {
+        } else if (shape->first_order) {
             i += between(shape, i, begin, end, left, inputs);
+        } else {
+            inputs[i] = begin[i];
+            i += 1;
         }
     }
 }

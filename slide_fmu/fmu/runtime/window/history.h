@@ -92,6 +92,7 @@ typedef struct {
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
 
 /* The inputs that are set or reached at a time before the present (s, negative), or at it: where they
+ * are held, those of the begin of the step, with first_order on a line to those of its end; where they
  * move smoothly, on a polynomial through both ends of the step and up to two points before. Before
  * the first step: its inputs. Times may only rise from call to call. */
 void slide_history_at(SlideReader *reader, double time, double *inputs);

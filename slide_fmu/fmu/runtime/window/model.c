@@ -61,6 +61,9 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     SlideUndo *undo = &model->undo;
     const size_t row = model->n_inputs * sizeof(double);
     undo->end = slide_place(arena, 1, row);
+    undo->given = slide_place(arena, 1, row);
+    undo->rates = slide_place(arena, 1, row);
+    undo->told = slide_place(arena, model->n_inputs, sizeof *undo->told);
     undo->moved = slide_place(arena, model->n_inputs, 1);
     undo->forecast = slide_place(arena, model->n_outputs, sizeof(double));
     undo->acting = slide_place(arena, model->parameters.count, sizeof(double));

@@ -34,6 +34,8 @@ typedef struct {
 /* What was before a step, as far as it cannot be found again. */
 typedef struct {
     double *end;              /* [n_inputs], SlideHistory.end */
+    double *given, *rates;    /* [n_inputs], SlideBeforeStep.given and rates */
+    bool *told;               /* [n_inputs], SlideBeforeStep.told */
     unsigned char *moved;     /* [n_inputs], of the newest step of the history */
     double *forecast;         /* [n_outputs], SlideAhead.forecast */
     double *acting;           /* [parameters.count], SlideState.acting */

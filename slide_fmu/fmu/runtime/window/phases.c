@@ -25,7 +25,10 @@ uint64_t slide_phases_of(const SlideModel *model, double length) {
     return 0;
 }
 
-void slide_phases_note_nothing(SlideState *state) { state->head->n_since = 0; }
+void slide_phases_note_nothing(SlideState *state) {
+    state->head->n_since = 0;
+    state->head->n_looked = 0;
+}
 
 /* Is a time one at which a phase has its samples? Times have rounding errors. */
 static bool fits(const SlideModel *model, const SlideSeen *seen, double time) {
@@ -33,16 +36,23 @@ static bool fits(const SlideModel *model, const SlideSeen *seen, double time) {
     return seen->head->used > 0 && is_whole((time - seen->head->end) / model->step, slack);
 }
 
-/* The place of the phase of a time; else an empty one, or that which was not needed for longest. */
-static size_t place_for(const SlideModel *model, const SlideState *state, double time) {
+/* The place of an empty phase, or of that which was not needed for longest. */
+static size_t vacant(const SlideModel *model, const SlideState *state) {
     size_t place = 0;
+    for (size_t i = 1; i < model->n_phases; ++i) {
+        place = state->seen[i].head->used < state->seen[place].head->used ? i : place;
+    }
+    return place;
+}
+
+/* The place of the phase of a time; else a vacant one. */
+static size_t place_for(const SlideModel *model, const SlideState *state, double time) {
     for (size_t i = 0; i < model->n_phases; ++i) {
         if (fits(model, &state->seen[i], time)) {
             return i;
         }
-        place = state->seen[i].head->used < state->seen[place].head->used ? i : place;
     }
-    return place;
+    return vacant(model, state);
 }
 
 /* Samples from a time on until another. */
@@ -133,6 +143,7 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
         family->keep(&model->predictor, seen->head->n_open > 0 ? &seen->known : &seen->predictor,
                      &state->before.predictor[head->before]);
     }
+    head->n_looked = 0;
     head->n_since = (uint64_t)samples_between(model, slide_seen_known_end(model, seen), time);
     *undo->seen = *seen->head;
     undo->count[0] = *seen->samples.count;
@@ -173,7 +184,6 @@ static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen)
 bool slide_phases_undo(const SlideModel *model, SlideState *state) {
     const SlideUndo *undo = &model->undo;
     const uint64_t n_steps = state->head->n_steps;
-    bool same = true;
     for (size_t place = 0; place <= model->n_phases; ++place) {
         state->seen[place].head->since = undo->since[place];
     }
@@ -188,10 +198,9 @@ bool slide_phases_undo(const SlideModel *model, SlideState *state) {
         if (undo->count[1] != place || undo->seen->used == 0 || undo->seen->used > n_steps ||
             !restore(model, state, seen)) {
             seen->head->used = 0;
-            same = same && state->head->now != place;
         }
     }
-    return same;
+    return slide_now(state)->head->used > 0;
 }
 
 void slide_phases_forget(const SlideModel *model, SlideState *state) {
@@ -265,6 +274,7 @@ static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen,
     const bool done = take(model, seen, n_looked < count ? n_looked : count, n_open);
     seen->head->end = lasts ? time : NAN;
     slide_phases_note_nothing(state);
+    state->head->n_looked = n_looked < count ? n_looked : count;
     return done;
 }
 
@@ -279,9 +289,11 @@ bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
         done = go_on(model, state, seen, time, least_open);
     } else if (may_begin(model, state, time)) {
         done = begin(model, state, seen, time, least_open);
-    } else {
-        done = see_all(model, state, seen, time, least_open);
+    } else { /* elsewhere, so that the phase is there when this fails */
+        *place = vacant(model, state);
+        done = see_all(model, state, &state->seen[*place], time, least_open);
+        seen->head->used = done && goes_on ? 0 : seen->head->used;
     }
-    seen->head->used = state->head->n_steps + 1;
+    state->seen[*place].head->used = state->head->n_steps + 1;
     return done;
 }

@@ -5,6 +5,7 @@
 
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
     size_t row = model->n_inputs * sizeof(double);
+    before->given = slide_place(arena, 1, row);
     before->rates = slide_place(arena, 1, row);
     before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
     if (slide_is_recurrent(model->predictor.family)) {
@@ -120,7 +121,8 @@ bool slide_state_is_sound(const SlideModel *model, const SlideState *state, cons
     bool sound = isfinite(slide_clock_time(&head.clock)) &&
                  isfinite(slide_clock_time(&head.inner)) && isfinite(head.last_length) &&
                  head.now <= model->n_phases && head.before <= 1 &&
-                 head.n_since <= 2 * (uint64_t)model->n_in && n_steps < LARGEST_COUNT &&
+                 head.n_since <= 2 * (uint64_t)model->n_in && head.n_looked <= model->n_redone &&
+                 n_steps < LARGEST_COUNT &&
                  (n_steps > 0) == (head.n_steps > 0) &&
                  counter_in(state, block, state->forecast.scored) < LARGEST_COUNT;
     for (size_t phase = 0; sound && phase <= model->n_phases; ++phase) {

@@ -31,6 +31,7 @@ typedef struct {
     uint64_t estimated; /* the same of its estimate */
     uint64_t now;       /* place of SlideState.seen behind the outputs */
     uint64_t before;    /* place in SlideState.before.predictor */
+    uint64_t n_looked;  /* samples that the predictor looked at, if it saw all of them anew; else 0 */
     uint64_t n_since;   /* samples that this took in since what SlideState.before has; 0: all are
                            others */
     double doubt;       /* s of the inner time, until when inputs did what samples do not show: they
@@ -44,6 +45,7 @@ typedef struct {
 
 /* What the last step began with: by it and by the history, derivatives do it again. */
 typedef struct {
+    double *given; /* [n_inputs], the inputs that were set for it */
     double *rates; /* [n_inputs], of a step whose inputs moved, their derivatives */
     bool *told;    /* [n_inputs], of such a step: whose derivatives tell how they go on */
     SlideNetworkState predictor[2]; /* of recurrent networks, before head->n_since samples, in place

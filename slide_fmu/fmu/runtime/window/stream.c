@@ -84,8 +84,8 @@ bool slide_stream_hold(const SlideModel *model, SlideState *state) {
 
 /* Inputs whose derivatives the importer told move by these: where they get to. */
 static void move_told(const SlideModel *model, SlideState *state) {
-    const double *begin = slide_history_newest(&model->history, &state->history) + 1;
-    const SlideMovingStep step = {begin, state->before.rates, state->head->last_length};
+    const SlideMovingStep step = {state->before.given, state->before.rates,
+                                  state->head->last_length};
     const bool *told = state->before.told;
     slide_move_on(&model->history, &step, model->inputs);
     for (size_t i = 0; i < model->n_inputs; ++i) {
@@ -143,10 +143,8 @@ static void doubt(const SlideModel *model, SlideState *state) {
 static void know(const SlideModel *model, SlideState *state) {
     const SlideHead *head = state->head;
     const SlideHistoryShape *shape = &model->history;
-    const double *begin = slide_history_newest(shape, &state->history) + 1;
     const bool sampled = head->n_phases > 0 && head->last_length <= model->step;
-    memcpy(state->history.end, shape->first_order ? state->inputs : begin,
-           model->n_inputs * sizeof(double));
+    memcpy(state->history.end, state->before.given, model->n_inputs * sizeof(double));
     if (sampled || !shape->first_order) {
         *state->forecast.spacing = 0;
         memset(slide_history_moved(shape, &state->history, 0), SLIDE_HELD, model->n_inputs);
@@ -154,14 +152,16 @@ static void know(const SlideModel *model, SlideState *state) {
         slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
         tell_moving(model, state);
     }
+    if (head->moved != 0) {
+        move_told(model, state);
+    }
 }
 
 /* What the inputs are by the end of the newest step: where they are held they stay, else they are
  * forecast. */
 static void expect(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
-    const double *begin = slide_history_newest(shape, &state->history) + 1;
-    memcpy(state->history.end, begin, model->n_inputs * sizeof(double));
+    memcpy(state->history.end, state->before.given, model->n_inputs * sizeof(double));
     slide_forecast_see(&model->forecast, shape, &state->history, &state->forecast);
     tell_moving(model, state);
     const unsigned char *moved = slide_history_moved(shape, &state->history, 0);
@@ -214,6 +214,7 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
     }
     head->last_length = length;
     slide_clock_advance(&head->inner, slide_clock_time(&head->inner), length);
+    memcpy(state->before.given, state->inputs, row);
     head->moved = head->moving;
     if (head->moving) {
         memcpy(state->before.rates, state->rates, row);
@@ -225,22 +226,17 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
     append(model, state);
 }
 
-const double *slide_stream_given(const SlideModel *model, const SlideState *state) {
-    return model->history.first_order && !slide_stream_forecasts(model, state)
-               ? state->history.end
-               : slide_history_newest(&model->history, &state->history) + 1;
-}
-
 void slide_stream_set_again(const SlideModel *model, SlideState *state, const double *inputs) {
     const size_t row = model->n_inputs * sizeof(double);
-    if (slide_stream_first_held(state)) {
+    const bool first = slide_stream_first_held(state);
+    const bool ends = model->history.first_order && !slide_stream_forecasts(model, state);
+    memcpy(state->before.given, inputs, row);
+    if (first) {
         memcpy(slide_history_before(&model->history, &state->history) + 1, inputs, row);
     }
-    if (model->history.first_order && !slide_stream_forecasts(model, state)) {
-        memcpy(state->history.end, inputs, row);
-        return;
+    if (first || !ends) {
+        memcpy(slide_history_newest(&model->history, &state->history) + 1, inputs, row);
     }
-    memcpy(slide_history_newest(&model->history, &state->history) + 1, inputs, row);
     *state->forecast.spacing = 0; /* its points are read again */
     go_to_end(model, state);
 }
@@ -275,7 +271,11 @@ static bool finish(const SlideModel *model, SlideState *state) {
 /* What undoes a step that fails. */
 static void prepare(const SlideModel *model, SlideState *state) {
     const SlideUndo *undo = &model->undo;
-    memcpy(undo->end, state->history.end, model->n_inputs * sizeof(double));
+    const size_t row = model->n_inputs * sizeof(double);
+    memcpy(undo->end, state->history.end, row);
+    memcpy(undo->given, state->before.given, row);
+    memcpy(undo->rates, state->before.rates, row);
+    memcpy(undo->told, state->before.told, model->n_inputs * sizeof *undo->told);
     memcpy(undo->forecast, state->ahead.forecast, model->n_outputs * sizeof(double));
     if (*state->history.count > 0) {
         memcpy(undo->moved, slide_history_moved(&model->history, &state->history, 0),
@@ -292,6 +292,9 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
         memcpy(state->rates, state->before.rates, row);
         memcpy(state->told, state->before.told, model->n_inputs * sizeof *state->told);
     }
+    memcpy(state->before.given, model->undo.given, row);
+    memcpy(state->before.rates, model->undo.rates, row);
+    memcpy(state->before.told, model->undo.told, model->n_inputs * sizeof *state->told);
     *state->forecast.spacing = 0; /* its points are read again */
     *state->head = *head;
     if (head->n_steps == 0) {

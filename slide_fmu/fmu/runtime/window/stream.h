@@ -15,9 +15,6 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
 /* The last step becomes one sample longer, where inputs are forecast and were not set since. */
 bool slide_stream_go_on(const SlideModel *model, SlideState *state);
 
-/* The inputs [n_inputs] that were set for the last step. */
-const double *slide_stream_given(const SlideModel *model, const SlideState *state);
-
 /* The last step has these inputs [n_inputs] in the place of those that were set, and what is expected
  * of them: for samples from the history. */
 void slide_stream_set_again(const SlideModel *model, SlideState *state, const double *inputs);

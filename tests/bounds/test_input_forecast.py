@@ -165,6 +165,6 @@ def test_forecasts_along_records_are_those_of_each_sample() -> None:
     parts: Any = SimpleNamespace(forecast=forecast, inputs=signals, input_scaling=scaling)
     for k in range(90):
         past = held[:, k : k + n]  # of the first sample, it is known itself
-        expected = [plain_ahead(parts, list(one[::-1]), 1.0) for one in past]
+        expected = [plain_ahead(parts, list(one[::-1]), 1.0)[0] for one in past]
         np.testing.assert_allclose(found[:, k], expected, atol=1e-12)
     assert not np.allclose(found[:, 1:, 0], records[:, :-1, 0])

@@ -9,13 +9,14 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.plain import Resampling, plain_moved
+from tests.fmu.plain import SLACK, Resampling, plain_arc, plain_moved
 from tests.fmu.samples import forecast_of
 
 
@@ -27,79 +28,288 @@ def forecasting(
     return dataclasses.replace(surrogate, forecast=forecast)
 
 
-def n_points(forecast: InputForecast) -> int:
-    """The number of inputs, one step apart, that a forecast looks at."""
-    return max(int(forecast.weights.shape[2]), 3) + forecast.n_scored + 1
-
-
-def plain_change(forecast: InputForecast, index: int, x: list[float], steps: float) -> float:
-    """The change expected after values H apart, newest first."""
-    largest = forecast.largest_change[index] * steps
-
-    def change(weights: FloatArray, at: int) -> float:
-        found = sum(w * (x[at + i + 1] - x[at]) for i, w in enumerate(weights))
-        return min(max(found, -largest), largest)
-
-    best, least = 0.0, 0.5 * sum((x[j] - x[j + 1]) ** 2 for j in range(forecast.n_scored))
-    cubic = np.array([-6.0, 4.0, -1.0])
-    for weights, better in [*((one, 1.0) for one in forecast.weights[index]), (cubic, 0.5)]:
-        errors = [x[j] - x[j + 1] - change(weights, j + 1) for j in range(forecast.n_scored)]
-        if (score := sum(error**2 for error in errors)) < better * least:
-            best, least = change(weights, 0), score
-    return best
-
-
-def plain_ahead(surrogate: Surrogate, past: list[FloatArray], steps: float) -> FloatArray:
-    """The inputs expected a step after these, newest first."""
-    forecast, ahead = surrogate.forecast, np.array(past[0])
-    assert forecast is not None
-    for i, signal in enumerate(surrogate.inputs):
-        if signal.angle == "cosine":
-            angles = [0.0]
-            for later, before in itertools.pairwise(past):
-                turn = np.angle(complex(*before[i : i + 2]) / complex(*later[i : i + 2]))
-                angles.append(angles[-1] + float(turn))
-            z = complex(*past[0][i : i + 2])
-            z *= np.exp(1j * plain_change(forecast, i, angles, steps))
-            ahead[i : i + 2] = z.real, z.imag
-        elif signal.angle is None:
-            offset, scale = (getattr(surrogate.input_scaling, n)[i] for n in ("offset", "scale"))
-            value = past[0][i] + plain_change(forecast, i, [row[i] for row in past], steps)
-            low, high = min(past[0][i], offset - scale), max(past[0][i], offset + scale)
-            ahead[i] = min(max(value, low), high)
-    return ahead
-
-
-class Moving:
-    """The exact window behind every step, and what is expected within the last one. Final.
+@dataclass(frozen=True)
+class Rules:
+    """How one input, or one angle, is forecast.
 
     Attributes:
-        surrogate: what is evaluated.
-        known: its true inputs until now.
+        weights: of the candidates, (n_candidates, n_past).
+        largest: the largest change in a step.
+        n_scored: points whose forecasts decide.
+        least_changes: of these, of an input that moves.
     """
 
-    def __init__(self, surrogate: Surrogate) -> None:
-        self.surrogate, self.known, self._last = surrogate, Resampling(surrogate), math.nan
+    weights: FloatArray
+    largest: float
+    n_scored: int
+    least_changes: int = 0
+
+    @property
+    def n_points(self) -> int:
+        """The points that a forecast and its scores look at."""
+        return max(self.weights.shape[1], 3) + self.n_scored + 1
+
+    def change(self, x: list[float]) -> tuple[float, bool]:
+        """The change expected after values H apart, newest first; and does the input move?"""
+        held = [x[j] - x[j + 1] for j in range(self.n_scored)]
+        best, moves, least = 0.0, False, 0.5 * sum(change**2 for change in held)
+        cubic = np.array([-6.0, 4.0, -1.0])
+        choices = [(one, 1.0) for one in self.weights]
+        for weights, better in [*choices, *[(cubic, 0.5)] * bool(choices)]:
+            errors = [x[j] - x[j + 1] - self._of(weights, x, j + 1) for j in range(self.n_scored)]
+            if (score := sum(error**2 for error in errors)) < better * least:
+                best, moves, least = self._of(weights, x, 0), True, score
+        return best, moves and sum(change != 0 for change in held) >= self.least_changes
+
+    def _of(self, weights: FloatArray, x: list[float], at: int) -> float:
+        found = sum(w * (x[at + i + 1] - x[at]) for i, w in enumerate(weights))
+        return min(max(found, -self.largest), self.largest)
+
+
+HELD_CANDIDATES = np.array([[-1.0, 0.0], [-3.0, 1.0]])
+"""Of held inputs: a straight line and a parabola."""
+
+
+def rules_of(surrogate: Surrogate, index: int, steps: float) -> Rules:
+    """Of steps of a length in h."""
+    forecast = surrogate.forecast
+    if surrogate.inputs[0].hold == "zero_order":
+        return Rules(HELD_CANDIDATES, math.inf, 12, 4)
+    assert forecast is not None
+    if forecast.weights.shape[1] == 0:
+        return Rules(np.zeros((0, 3)), 0.0, 1)
+    largest = forecast.largest_change[index] * steps
+    return Rules(forecast.weights[index], largest, forecast.n_scored)
+
+
+def n_points(forecast: InputForecast) -> int:
+    """The number of inputs, one step apart, that a forecast looks at."""
+    return Rules(forecast.weights[0], 0.0, forecast.n_scored).n_points
+
+
+def change_to(signal: Signal, before: FloatArray, after: FloatArray, index: int) -> float:
+    """How an input goes on from one row to another, or the angle whose cosine it is."""
+    if signal.angle == "cosine":
+        pair = slice(index, index + 2)
+        return float(np.angle(complex(*after[pair]) / complex(*before[pair])))
+    return float(after[index] - before[index])
+
+
+def turned(director: FloatArray, angle: float) -> tuple[float, float]:
+    z = complex(*director) * np.exp(1j * angle)
+    return z.real, z.imag
+
+
+def plain_ahead(
+    surrogate: Surrogate, past: list[FloatArray], steps: float
+) -> tuple[FloatArray, list[bool]]:
+    """The inputs expected a step after these, newest first; and which of them move."""
+    ahead, moves = np.array(past[0]), [False] * len(surrogate.inputs)
+    for i, signal in enumerate(surrogate.inputs):
+        if signal.angle == "sine":
+            continue
+        x = [0.0]
+        for later, before in itertools.pairwise(past):
+            x.append(x[-1] - change_to(signal, before, later, i))
+        change, moves[i] = rules_of(surrogate, i, steps).change(x)
+        if signal.angle == "cosine":
+            ahead[i : i + 2] = turned(past[0][i : i + 2], change)
+        else:
+            offset, scale = (getattr(surrogate.input_scaling, n)[i] for n in ("offset", "scale"))
+            low, high = min(past[0][i], offset - scale), max(past[0][i], offset + scale)
+            ahead[i] = min(max(past[0][i] + change, low), high)
+    return ahead, moves
+
+
+HELD, MOVED, TOLD = range(3)
+"""What an input does in a step."""
+
+
+class Moving(Resampling):
+    """What is known and expected of the inputs, and the exact window behind a step. Final.
+
+    The inputs at communication points; between two of them an input is held, or is on a line, or,
+    where it moves smoothly, on the polynomial through them and up to two before.
+
+    Attributes:
+        begins: of all steps, in s; the first communication point is 0.
+        rows: inputs at the begins.
+        ways: HELD, MOVED or TOLD of each input, of every step.
+        goal: inputs at the end of the last step.
+        now: its end, in s.
+        known: is what is set all that the inputs do in a step?
+    """
+
+    def __init__(
+        self, surrogate: Surrogate, known: bool = False, before: FloatArray | None = None
+    ) -> None:
+        """before: the inputs until the start, where they are known."""
+        super().__init__(surrogate)
+        self.known, self.before, self.now = known, before, 0.0
+        self.begins: list[float] = []
+        self.rows: list[FloatArray] = []
+        self.ways: list[list[int]] = []
+        self.goal = np.zeros(0)
+        self._points: list[FloatArray] = []
+        self._spacing = 0.0
+
+    @property
+    def first_order(self) -> bool:
+        return self.surrogate.hold == "first_order"
+
+    def _add(self, begin: float, row: FloatArray) -> None:
+        self.begins.append(begin)
+        self.rows.append(np.array(row, dtype=np.float64))
+        self.ways.append([HELD] * len(row))
+
+    def _begin(self, inputs: FloatArray) -> None:
+        """What was before the first step."""
+        h, forecasts = self.surrogate.window.step, self.first_order and not self.known
+        before = inputs if self.before is None else self.before
+        if self.before is not None and forecasts:
+            self._add(-2 * h, before)
+        self._add(-h, before)
+        self.goal = np.array(before, dtype=np.float64)
 
     def step(
         self, length: float, inputs: FloatArray, rates: FloatArray | None = None
-    ) -> Resampling:
-        """Set inputs, take a step, and give the window that is expected at its end."""
+    ) -> Moving:
+        """Set inputs and perhaps their derivatives, and take a step."""
+        if not self.begins:
+            self._begin(inputs)
+        ends = self.first_order and self.known
+        self._add(self.now, self.goal if ends else inputs)
+        begin, self.now, self.goal = self.now, self.now + length, np.array(inputs, dtype=float)
+        self._see(begin, length)
+        moves = self._tell(length, ends)
+        if rates is not None:
+            self._move_told(length, inputs, rates, moves)
+        return self
+
+    def _see(self, begin: float, length: float) -> None:
+        """The points that forecasts look at, H apart until the newest communication point."""
+        if abs(self._spacing - length) <= 1e-9 * length:
+            self._points.insert(0, self.rows[-1])
+            return
+        n = max(rules_of(self.surrogate, i, 1.0).n_points for i in range(len(self.rows[0])))
+        reach = (self.surrogate.memory_length + 2) * self.surrogate.window.step
+        self._points = [self.at(begin - min(age * length, reach)) for age in range(n)]
+        self._spacing = length
+
+    def _tell(self, length: float, ends: bool) -> list[int]:
+        """Which inputs move in this step, and did in the one before; where they get to."""
+        steps = length / self.surrogate.window.step
+        goal, moves = plain_ahead(self.surrogate, self._points, steps)
+        if not self.first_order:  # angles are held
+            moves = [m and not self.known and s.angle is None
+                     for m, s in zip(moves, self.surrogate.inputs, strict=True)]  # fmt: skip
+        now, before = self.ways[-1], self.ways[-2]
+        for i, (signal, moved) in enumerate(zip(self.surrogate.inputs, moves, strict=True)):
+            now[i] = MOVED if moved else HELD
+            before[i] = TOLD if before[i] == TOLD else now[i]
+            if moved and not ends:
+                pair = slice(i, i + 1 + (signal.angle == "cosine"))
+                self.goal[pair] = goal[pair]
+        return now
+
+    def _move_told(
+        self, length: float, inputs: FloatArray, rates: FloatArray, ways: list[int]
+    ) -> None:
+        """Derivatives go before the forecast: of forecast inputs also zeros."""
+        moved = plain_moved(self.surrogate, inputs, rates, length)
+        told = (rates != 0) | (self.first_order and not self.known)
+        for i, signal in enumerate(self.surrogate.inputs):
+            other = {"cosine": i + 1, "sine": i - 1, None: i}[signal.angle]
+            if told[i] or told[other]:
+                self.goal[i], ways[i] = moved[i], TOLD
+
+    def _step_at(self, time: float) -> int:
+        slack = SLACK * self.surrogate.window.step
+        return max((k for k, begin in enumerate(self.begins) if begin <= time + slack), default=0)
+
+    def _end(self, step: int) -> tuple[float, FloatArray]:
+        last = step + 1 == len(self.rows)
+        return (self.now, self.goal) if last else (self.begins[step + 1], self.rows[step + 1])
+
+    def at(self, time: float) -> FloatArray:
+        """The inputs at a time."""
+        step, slack = self._step_at(time), SLACK * self.surrogate.window.step
+        begin, row, (end, after) = self.begins[step], self.rows[step], self._end(step)
+        if time - begin <= slack:
+            return row
+        if end - time <= slack:
+            return after
+        found = np.array(row)
+        for i, signal in enumerate(self.surrogate.inputs):
+            if signal.angle == "sine":
+                continue
+            if self.ways[step][i] != HELD:
+                pair = slice(i, i + 1 + (signal.angle == "cosine"))
+                found[pair] = self._on_curve(step, i, time)
+            elif self.first_order and signal.angle == "cosine":
+                z = np.stack([row, after])[:, i : i + 2]
+                found[i : i + 2] = plain_arc(time, np.array([begin, end]), z)
+            elif self.first_order:
+                found[i] = row[i] + (time - begin) / (end - begin) * (after[i] - row[i])
+        return found
+
+    def _on_curve(self, step: int, index: int, time: float) -> tuple[float, ...]:
+        """On the polynomial through both ends of a step, and points before where it moved."""
+        signal, (end, after) = self.surrogate.inputs[index], self._end(step)
+        times, rows = [end, self.begins[step]], [after, self.rows[step]]
+        while len(times) < 4 and step > 0 and self.ways[step - 1][index] != HELD:
+            step -= 1
+            times.append(self.begins[step])
+            rows.append(self.rows[step])
+        x = [0.0]
+        for later, before in itertools.pairwise(rows):
+            x.append(x[-1] - change_to(signal, before, later, index))
+        scaled = (np.array(times) - end) / self.surrogate.window.step
+        coefficients = np.linalg.solve(np.vander(scaled), x)
+        change = np.polyval(coefficients, (time - end) / self.surrogate.window.step)
+        if signal.angle == "cosine":
+            return turned(after[index : index + 2], change)
+        return (after[index] + change,)
+
+    def _held(self, begin: float, end: float) -> FloatArray:
+        """What must be held to have the effect of the inputs between two times."""
+        slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
+        found = np.array(self.rows[first])
+        for i, signal in enumerate(self.surrogate.inputs):
+            if signal.angle == "cosine" and self.ways[first][i] != HELD:
+                z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
+                times = np.array([self.begins[first], self._end(first)[0]])
+                found[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
+            if signal.angle is not None:
+                continue
+            mean, all_move, step, at = 0.0, True, first, begin
+            while at < end - slack:
+                last = step + 1 == len(self.rows)
+                to = end if last else min(self._end(step)[0], end)
+                value = self.rows[step][i]
+                if self.ways[step][i] != HELD:
+                    stop, after = self._end(step)
+                    part = (0.5 * (at + to) - self.begins[step]) / (stop - self.begins[step])
+                    value += min(max(part, 0.0), 1.0) * (after[i] - value)
+                else:
+                    all_move = False
+                mean += (to - at) / (end - begin) * value
+                at, step = to, step + (not last)
+            found[i] = mean
+            if all_move:
+                three = [self._on_curve(self._step_at(time), i, time)[0]
+                         for time in (begin, 0.5 * (begin + end), min(end, self.now - slack))]  # fmt: skip
+                found[i] = (8 * three[1] - three[0] - three[2]) / 6
+        return found
+
+    def sample(self, end: float) -> FloatArray:
+        """The sample of the inputs that ends at a time."""
+        return self.at(end) if self.first_order else self._held(end - self.surrogate.window.step, end)
+
+    def samples(self, count: int) -> FloatArray:
+        """The newest samples of the inputs, (count, n_inputs), oldest first."""
         h = self.surrogate.window.step
-        self.known.append(h if math.isnan(self._last) else self._last, inputs)
-        self._last = length
-        if rates is None:
-            forecast = self.surrogate.forecast
-            count = 0 if forecast is None else n_points(forecast)
-            end = sum(self.known.lengths)
-            past = [self.known.input_from(end - i * length - h) for i in range(count)]
-            goal = inputs if count == 0 else plain_ahead(self.surrogate, past, length / h)
-        else:
-            goal = plain_moved(self.surrogate, inputs, rates, length)
-        expected = Resampling(self.surrogate)
-        expected.lengths = [*self.known.lengths, length]
-        expected.inputs = [*self.known.inputs, goal]
-        return expected
+        return np.array([self.sample(self.now - h * age) for age in range(count - 1, -1, -1)])
 
 
 def moving_inputs(surrogate: Surrogate, count: int, seed: int = 0) -> FloatArray:

@@ -74,18 +74,18 @@ def test_step_gives_what_a_record_gives_that_ends_with_the_forecast(load: Load) 
     rows, oracle = moving_inputs(surrogate, 40), Moving(surrogate)
     found = go(load(surrogate).instance().start(), surrogate, [1.0] * 40, rows)
     for k, row in enumerate(rows):
-        goal = oracle.step(STEP, row).inputs[-1]
+        goal = oracle.step(STEP, row).goal
         expected = surrogate.predict_newest(np.vstack([rows[: k + 1], goal]))[-1]
         np.testing.assert_allclose(found[k, :2], expected, rtol=0, atol=16 * OUTPUT_TOLERANCE)
 
 
 @pytest.mark.parametrize("start", [0, 1])
 def test_inputs_at_the_step_end_need_no_forecast(load: Load, start: int) -> None:
-    """Whether the surrogate or the importer says so, a forecast changes no bit."""
+    """Whether the surrogate or the importer says so, a forecast changes no bit at samples."""
     shape = Shape(n_inputs=2, n_outputs=2, positions=3, cell=LASTING, hold="first_order")
     without = random_surrogate(shape)
     own = forecasting(without, at_step_end=bool(start), planned=not start)
-    rows, lengths = moving_inputs(without, 30), [1.0, 2.0, 0.6] * 10
+    rows, lengths = moving_inputs(without, 30), [1.0] * 30
     native, other = (load(dataclasses.replace(s, name=n)).instance() for s, n in
                      ((own, "own"), (without, "without")))  # fmt: skip
     set_at_step_end(other, 1.0)
@@ -249,10 +249,10 @@ def test_initial_inputs_come_a_sample_step_before_the_first_value(
     knowing.start()
     go(earlier, surrogate, [1.0], rows[:1])
     assert knowing.set(*rows[1]) == OK
-    at_start = Moving(surrogate)
-    at_start.step(STEP, rows[0])
-    at_start.known.append(STEP, rows[1])
-    expected, _ = at_start.known.results()
+    at_start = Resampling(surrogate)
+    at_start.append(STEP, rows[0])
+    at_start.append(STEP, rows[1])
+    expected, _ = at_start.results()
     settled = np.array(knowing.get(n, len(surrogate.outputs)))
     np.testing.assert_allclose(settled, expected, rtol=0, atol=2 * OUTPUT_TOLERANCE * 8)
     slopes = derivative(knowing, len(surrogate.outputs), np.ones(n))

@@ -1,0 +1,218 @@
+"""Steps go on in the phase of time in which they end, against plain loops in numpy."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.any_step import FORGETFUL, LASTING, both_holds, drawn, go
+from tests.fmu.future import future
+from tests.fmu.moving_inputs import HELD, MOVED, Moving, forecasting, moving_inputs
+from tests.fmu.native import ERROR, OK, Load, Native
+from tests.fmu.native3 import instance_of
+from tests.fmu.phases import PlainPhases
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+from tests.marks import essential
+
+TOLERANCE = 2 * OUTPUT_TOLERANCE * 8
+"""Of outputs, whose range is 8."""
+
+LENGTHS: dict[str, list[float]] = {
+    "halves": [1 / 2],
+    "thirds": [1 / 3],
+    "fifths": [1 / 5],
+    "tenths": [1 / 10],
+    "six_tenths": [0.6],
+    "three": [3],
+    "three_halves": [1.5],
+    "switching": [1] * 14 + [1 / 4] * 30 + [3, 1, 1.5, 0.6, 0.6, 0.1, 15, 1, 0.5] + [1 / 3] * 40,
+}
+CELL = Shape(n_inputs=2, n_outputs=2, cell=LASTING, differences=1)
+SHAPES = {
+    "cell": CELL,
+    "layers": Shape(n_inputs=2, n_outputs=2, differences=1),
+    "director": Shape(n_inputs=2, n_outputs=2, features="director", cell=LASTING),
+}
+STEPS = 150
+
+of_lengths = pytest.mark.parametrize("name", essential(LENGTHS, "tenths", "six_tenths", "switching"))
+of_shapes = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+
+
+def lengths_of(name: str) -> list[float]:
+    return (LENGTHS[name] * STEPS)[:STEPS]
+
+
+def agrees(
+    native: Native, oracle: PlainPhases, lengths: list[float], rows: FloatArray
+) -> None:
+    """Outputs and, of cells, truncation errors."""
+    n_outputs = len(oracle.surrogate.outputs)
+    is_cell = isinstance(oracle.surrogate.network, StateSpace)
+    found = go(native, lengths, rows, 2 * n_outputs + 1 if is_cell else n_outputs)
+    for k, (length, row) in enumerate(zip(lengths, rows, strict=True)):
+        outputs, errors = oracle.step(length, row)
+        expected = [*outputs, found[k, n_outputs], *errors] if is_cell else outputs
+        np.testing.assert_allclose(found[k], expected, rtol=0, atol=TOLERANCE, err_msg=f"step {k}")
+
+
+@both_holds
+@of_lengths
+@of_shapes
+def test_steps_under_known_inputs_go_on_in_their_phase(
+    load: Load, shape: Shape, name: str, hold: Hold
+) -> None:
+    """Inputs that are held, or reached at the end of the step."""
+    surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
+    native = load(surrogate).instance().start()
+    agrees(native, PlainPhases(surrogate, known=True), lengths_of(name), drawn(STEPS, 2))
+
+
+@of_lengths
+@of_shapes
+def test_steps_of_forecast_inputs_go_on_in_their_phase(
+    load: Load, shape: Shape, name: str
+) -> None:
+    """Samples that were forecast are seen again, on the polynomial through what was set since."""
+    surrogate = forecasting(random_surrogate(dataclasses.replace(shape, hold="first_order")))
+    native = load(surrogate).instance().start()
+    agrees(native, PlainPhases(surrogate), lengths_of(name), moving_inputs(surrogate, STEPS))
+
+
+@of_lengths
+@of_shapes
+def test_held_inputs_that_move_smoothly_go_on_between_communication_points(
+    load: Load, shape: Shape, name: str
+) -> None:
+    """They are smooth, then noisy, then at rest, then smooth again."""
+    surrogate = random_surrogate(shape)
+    native = load(surrogate).instance(held=False).start()
+    oracle, rows = PlainPhases(surrogate), moving_inputs(surrogate, STEPS)
+    agrees(native, oracle, lengths_of(name), rows)
+    if shape.features != "director":
+        ways = np.array(oracle.inputs.ways)
+        assert np.any(ways == MOVED)
+        assert np.any(ways == HELD)
+
+
+@pytest.mark.parametrize("parts", [2, 3, 5, 10])
+@both_holds
+def test_parts_of_a_step_give_the_whole_window_of_a_network_that_forgets(
+    load: Load, parts: int, hold: Hold
+) -> None:
+    shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, differences=2, positions=3)
+    surrogate = forecasting_as(shape, hold)
+    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    rows = moving_inputs(surrogate, 20 * parts)
+    found = go(native, [1 / parts] * len(rows), rows, 2)
+    for k, row in enumerate(rows):
+        outputs, _ = oracle.step(STEP / parts, row).results()
+        np.testing.assert_allclose(found[k], outputs, rtol=0, atol=TOLERANCE, err_msg=f"step {k}")
+
+
+def forecasting_as(shape: Shape, hold: Hold) -> Surrogate:
+    surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
+    return surrogate if hold == "zero_order" else forecasting(surrogate)
+
+
+@both_holds
+@pytest.mark.parametrize("lengths", [[0.17], [1 / 13], [0.37, 0.71, 1.3], [2.3]])
+def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
+    load: Load, lengths: list[float], hold: Hold
+) -> None:
+    """They come through more phases than are kept: outputs are interpolated between five."""
+    shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL)
+    surrogate = forecasting_as(shape, hold)
+    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    count = int(40 / np.mean(lengths))
+    steps = (lengths * count)[:count]
+    times = np.cumsum([0.0, *steps[:-1]])[:, None]
+    scaling = surrogate.input_scaling
+    rows = scaling.invert(0.8 * np.sin(times * np.array([0.25, 0.2]) + np.array([0.3, 1.0])))
+    found, spread = go(native, steps, rows, 2), []
+    for k, (length, row) in enumerate(zip(steps, rows, strict=True)):
+        outputs, _ = oracle.step(length * STEP, row).results()
+        spread.append(outputs)
+        if k > count // 2:
+            np.testing.assert_allclose(found[k], outputs, rtol=0, atol=1e-3, err_msg=f"{k}")
+    assert np.ptp(spread) > 0.1
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("shape", [SHAPES["cell"], SHAPES["layers"]], ids=["cell", "layers"])
+def test_stairs_at_a_tenth_of_the_step_lose_nothing(load: Load, shape: Shape, held: bool) -> None:
+    """Random heights do not move smoothly, also where a shorter step begins."""
+    loaded, stairs = load(random_surrogate(shape)), drawn(60, 2)
+    whole = go(loaded.instance().start(), [1] * 60, stairs, 2)
+    native = loaded.instance(held=held).start()
+    begun = go(native, [1] * 20, stairs[:20], 2)
+    tenths = go(native, [1 / 10] * 400, np.repeat(stairs[20:], 10, axis=0), 2)
+    np.testing.assert_allclose([*begun, *tenths[9::10]], whole, rtol=0, atol=TOLERANCE)
+
+
+def test_ramps_that_are_set_often_have_their_means(load: Load) -> None:
+    """The sum of four samples: of a smooth input it is known to what is left of a cubic."""
+    native = load(sum_surrogate()).instance(held=False).start()
+    times = np.arange(0, 40, 1 / 4)
+    found = go(native, [1 / 4] * len(times), np.sin(times / 5)[:, None])
+    ends = times[40:] + 1 / 4
+    samples = [5 * (np.cos((ends - age - 1) / 5) - np.cos((ends - age) / 5)) for age in range(4)]
+    slopes = [np.cos((ends - age) / 5) - np.cos((ends - age - 1) / 5) for age in range(4)]
+    # what a hold loses of u'' in a sample: h^2 / 24 of it
+    expected = np.sum(samples, axis=0) - np.sum(slopes, axis=0) / 5 / 12
+    np.testing.assert_allclose(found[40:, 0], expected, atol=2e-5)
+
+
+@both_holds
+@pytest.mark.parametrize("length", [1 / 3, 0.6, 3, 0.17])
+def test_state_goes_on_to_the_bit_at_any_phase(load: Load, length: float, hold: Hold) -> None:
+    """Saved, restored in another instance, gone back to, and reset."""
+    surrogate = forecasting_as(dataclasses.replace(CELL, positions=2), hold)
+    loaded, rows = load(surrogate), moving_inputs(surrogate, 70)
+    one, other = (loaded.instance(held=False).start() for _ in range(2))
+    go(other, [0.7] * 5, rows[:5])
+    fresh = go(one, [length] * 40, rows[:40], 4)
+    saved = one.save()
+    expected = go(one, [length] * 30, rows[40:], 4)
+    for again in (one, other):
+        assert again.restore(saved) == OK
+        assert again.save() == saved
+        np.testing.assert_array_equal(go(again, [length] * 30, rows[40:], 4), expected)
+    assert one.call("fmi2Reset") == OK
+    np.testing.assert_array_equal(go(one.start(), [length] * 40, rows[:40], 4), fresh)
+
+
+@both_holds
+def test_both_standards_give_the_same_bits(load: Load, hold: Hold) -> None:
+    surrogate = forecasting_as(dataclasses.replace(CELL, positions=2), hold)
+    loaded, lengths = load(surrogate), lengths_of("switching")
+    two, three, time = loaded.instance(held=False).start(), instance_of(loaded, held=False), 0.0
+    three.start()
+    for length, row in zip(lengths, moving_inputs(surrogate, STEPS), strict=True):
+        for native in (two, three):
+            assert native.set(*row) == native.do_step(time, length * STEP) == OK
+        assert two.get(2, 8) == three.get(2, 8)
+        time += length * STEP
+
+
+@both_holds
+@pytest.mark.parametrize("length", [1 / 3, 1, 3])
+def test_failed_step_leaves_the_phases(load: Load, length: float, hold: Hold) -> None:
+    """To the bit: what follows, whether it begins with the step that failed or another one."""
+    shape = Shape(n_inputs=2, n_outputs=2, cell=CellShape(activation="cubic"), positions=2)
+    surrogate = forecasting_as(shape, hold)
+    native, rows = load(surrogate).instance(held=False).start(), moving_inputs(surrogate, 40)
+    go(native, [length] * 40, rows)
+    row, time = tuple(rows[0]), native.time()
+    native.set(1e30, -1e30)
+    expected = future(native, time, row, 8)
+    for failing in (length, 1, 0.6, 2.3, 0.17, 30):
+        native.set(1e30, -1e30)
+        assert native.do_step(time, failing * STEP) == ERROR
+        assert future(native, time, row, 8) == expected, failing

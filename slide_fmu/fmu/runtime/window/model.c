@@ -72,6 +72,7 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     undo->seen = slide_place(arena, 1, sizeof *undo->seen);
     undo->count = slide_place(arena, 2, sizeof *undo->count);
     undo->open = slide_place(arena, model->n_in, row);
+    undo->others = slide_place(arena, model->others.capacity > 0 ? model->n_in : 0, row);
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,

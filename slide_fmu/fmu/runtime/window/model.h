@@ -43,6 +43,7 @@ typedef struct {
     uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
     uint64_t *count;            /* [2], its samples, and its place */
+    double *others;             /* [n_in][n_inputs], the same as the companion sees them */
     double *open;               /* [n_in][n_inputs], its open samples, scaled, oldest first */
 } SlideUndo;
 

@@ -150,8 +150,13 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
     undo->count[1] = (uint64_t)(seen - state->seen);
     for (uint64_t left = seen->head->n_open; left-- > 0;) {
         const uint64_t number = *seen->samples.count - 1 - left;
-        memcpy(undo->open + (seen->head->n_open - 1 - left) * row,
-               slide_samples_at(&model->samples, &seen->samples, number), row * sizeof(double));
+        const size_t place = (size_t)(seen->head->n_open - 1 - left) * row;
+        memcpy(undo->open + place, slide_samples_at(&model->samples, &seen->samples, number),
+               row * sizeof(double));
+        if (model->others.capacity > 0) {
+            memcpy(undo->others + place, slide_samples_at(&model->others, &seen->others, number),
+                   row * sizeof(double));
+        }
     }
 }
 
@@ -175,7 +180,10 @@ static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen)
         if (i == 0) {
             slide_seen_open(model, seen);
         }
-        done = slide_seen_take(model, seen, undo->open + i * model->n_inputs, i + 1 == n_open);
+        const double *inputs = undo->open + i * model->n_inputs;
+        const SlideSample sample = {
+            inputs, model->others.capacity > 0 ? undo->others + i * model->n_inputs : inputs};
+        done = slide_seen_take(model, seen, sample, i + 1 == n_open);
     }
     *seen->head = *undo->seen;
     return done;

@@ -1,4 +1,4 @@
-"""The solvers of scipy integrate ordinary differential equations over one sample step."""
+"""Methods of scipy integrate ordinary differential equations over one sample step."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function import explicit
 
 METHODS = ("RK23", "RK45", "DOP853", "LSODA", "Radau", "BDF")
 """Methods by the names that ``scipy.integrate.solve_ivp`` has for them."""
@@ -58,26 +59,42 @@ class Solver:
         Raises:
             SimulationError: the solver gave up; the message says why.
         """
-        import scipy.integrate
-
-        method = getattr(scipy.integrate, self.method)
+        method = explicit.integrate if self.method in EXPLICIT else _by_scipy
         # trial steps may go too far; what is left of that in the end is reported
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", module=r"scipy\.integrate")
-            tolerances = {"rtol": self.rtol, "atol": self.atol, "first_step": duration}
-            solver = method(rates, 0.0, state, duration, **tolerances)
-            for _ in range(MOST_STEPS):
-                try:
-                    message = solver.step()
-                except (ValueError, np.linalg.LinAlgError) as error:  # of numbers not finite
-                    message = str(error)
-                    break
-                if solver.status != "running":
-                    break
-        if solver.status == "finished" and np.isfinite(solver.y).all():
-            return np.array(solver.y)
-        if solver.status == "running" and not message:
-            message = f"more than {MOST_STEPS} steps"
+        with np.errstate(all="ignore"):
+            reached, time, problem = method(
+                self.method, rates, state, duration, (self.rtol, self.atol), MOST_STEPS
+            )
+        if not problem and np.isfinite(reached).all():
+            return reached
         raise SimulationError(
-            f"{self.method} gives up {solver.t:.6g} s after the sample: {message or 'not finite'}"
+            f"{self.method} gives up {time:.6g} s after the sample: {problem or 'not finite'}"
         )
+
+
+def _by_scipy(
+    method: str,
+    rates: Rates,
+    state: FloatArray,
+    duration: float,
+    tolerances: tuple[float, float],
+    most_steps: int,
+) -> tuple[FloatArray, float, str]:
+    """Integrate as ``explicit.integrate`` does, by an implicit method of scipy."""
+    import scipy.integrate
+
+    rtol, atol = tolerances
+    options = {"rtol": rtol, "atol": atol, "first_step": duration}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", module=r"scipy\.integrate")
+        solver = getattr(scipy.integrate, method)(rates, 0.0, state, duration, **options)
+        for _ in range(most_steps):
+            try:
+                problem = solver.step()
+            except (ValueError, np.linalg.LinAlgError) as error:  # of numbers not finite
+                return solver.y, solver.t, str(error)
+            if solver.status == "finished":
+                return np.array(solver.y), solver.t, ""
+            if solver.status == "failed":
+                return solver.y, solver.t, problem or "not finite"
+    return solver.y, solver.t, f"more than {most_steps} steps"

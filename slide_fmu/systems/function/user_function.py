@@ -52,7 +52,10 @@ class UserFunction:
         arguments = (read_only(x), u, p, du) if self.takes_rates else (read_only(x), u, p)
         self.calls += 1
         result = called_with(self.name, self._function, arguments)
-        values = numbers_of(self.name, result, f"{self.count} numbers")
+        try:
+            values = real_numbers(result)
+        except (TypeError, ValueError):
+            values = numbers_of(self.name, result, f"{self.count} numbers")
         if values.shape == (self.count,):
             return values
         if self.count == 1 and values.ndim == 0:

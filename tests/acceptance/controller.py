@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-import zipfile
 from pathlib import Path
 
-import fmpy
-
-from slide_fmu.fmu.libraries.build import WARNINGS, include_flags, run_compiler
+from slide_fmu.fmu.libraries.build import WARNINGS
+from tests.own_models.quarter_car import compiled, write_fmu
 
 SOURCE = Path(__file__).parent / "c" / "controller.c"
 GAIN, AMPLITUDE, FREQUENCY, BEGIN = 150.0, 2.0, 2.0, 0.3
@@ -39,10 +37,6 @@ def force_at(time: float, position: float) -> float:
 
 def build_controller(folder: Path) -> Path:
     """Compile and pack the controller for this platform."""
-    library, path = folder / "controller.so", folder / "controller.fmu"
-    flags = [*WARNINGS, "-shared", "-fPIC", *include_flags()]
-    run_compiler([*flags, str(SOURCE), "-lm", "-o", str(library)])
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION)
-        archive.write(library, f"binaries/{fmpy.platform}/controller.so")
-    return path
+    source, library = SOURCE.read_text(encoding="utf-8"), folder / "controller.so"
+    compiled(source, library, tuple(WARNINGS))
+    return write_fmu(folder / "controller.fmu", DESCRIPTION, library, "controller", fmi=2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ import typer.main
 
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
+from tests.acceptance.conftest import invoke
 from tests.marks import APPS, needs_app
 
 OF_APPS = {
@@ -61,21 +61,76 @@ def shell_commands() -> list[str]:
     return [line.split("#")[0].strip() for block in blocks for line in block.splitlines()]
 
 
+SMALL = """
+[data]
+substeps = 4
+duration = 12.0
+burn_in = 4.0
+train = 12
+validation = 3
+companion = 6
+bound = 20
+calibration = 40
+
+[network]
+order = 2
+hidden = 8
+
+[training]
+starts = 1
+iterations = 25
+expert.start_iterations = 10
+expert.kept = 1
+expert.kept_iterations = 10
+
+[validation]
+trajectories = 4
+
+[bound.expert]
+hidden = [8]
+steps = 300
+attempts = 1
+"""
+"""What a proposed recipe leaves open, with small numbers; found, they take a run some minutes."""
+
+
+def with_small_numbers(recipe: Path) -> None:
+    """Give the small numbers to a proposed recipe, which keeps its kinds of excitation."""
+    text = recipe.read_text(encoding="utf-8")
+    start, kinds = text.index("[data]"), text.index("[[data.excitation]]")
+    bound = text.index("[bound.expert]")
+    after = text.index("[[bound.excitation]]")
+    recipe.write_text(
+        text[:start] + SMALL[: SMALL.index("[network]")] + text[kinds:bound] + text[after:]
+        + SMALL[SMALL.index("[network]") :],
+        encoding="utf-8",
+    )  # fmt: skip
+
+
 @pytest.mark.extended
-def test_commands_of_the_readme_make_an_fmu_with_a_small_error(tmp_path: Path) -> None:
-    """``make demo`` would set up another checkout: only what it would run is looked at."""
+def test_commands_of_the_readme_make_an_fmu_with_a_small_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``make demo`` would set up another checkout: only what it would run is looked at.
+
+    ``tests/benchmarks/front_door.py --model template`` runs the same commands with all defaults.
+    """
     assert shell_commands()[:2] == ["make demo", ". .venv/bin/activate"]
     planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
     assert "slide-fmu run training/duffing_demo.toml" in planned.stdout
+    monkeypatch.chdir(tmp_path)
     for command in shell_commands()[2:]:
         program, *arguments = shlex.split(command)
         assert program == "slide-fmu"
-        subprocess.run([sys.executable, "-m", "slide_fmu", *arguments], cwd=tmp_path, check=True)
+        if arguments[0] == "run":
+            with_small_numbers(tmp_path / arguments[1])
+        done = invoke(*arguments)
+        assert done.exit_code == 0, done.output
     figures = read_fmu(tmp_path / "runs" / "my_model" / "my_model.fmu")[1]
     assert figures is not None
     (position, velocity) = figures["measured"]["validation"]["in range"]["outputs"]
-    assert position["relative_rmse"] < 0.004
-    assert velocity["relative_rmse"] < 0.01
+    assert position["relative_rmse"] < 0.02
+    assert velocity["relative_rmse"] < 0.05
 
 
 def test_make_targets_named_in_the_readme_exist() -> None:

@@ -37,8 +37,8 @@ class Door:
     """A model, and what a user types about it.
 
     Attributes:
-        file: name of the model's file.
-        source: the file that is copied; None for an FMU that is built here.
+        file: name of the model's file; that of a model that ``init`` writes, as the README does.
+        source: the file that is copied; None for one that is written or built here.
         options: what ``init`` is told.
     """
 
@@ -52,6 +52,7 @@ def _tutorial(name: str, *options: str) -> Door:
 
 
 DOORS = {
+    "template": Door("template", None, ("--kind", "function")),
     "quarter_car_function": _tutorial("quarter_car_function", *ROAD),
     "quarter_car_exudyn": _tutorial("quarter_car_exudyn", *ROAD),
     "quarter_car_co_simulation": Door("quarter_car.fmu", None, ROAD),
@@ -104,6 +105,8 @@ def _lay(model: str, folder: Path) -> None:
     place = folder / door.file
     if door.source is not None:
         shutil.copy(door.source, place)
+    elif model == "template":
+        return
     elif model == "quarter_car_co_simulation":
         build_in_python(place)
     elif model == "quarter_car_model_exchange":

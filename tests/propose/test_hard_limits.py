@@ -39,7 +39,7 @@ from pathlib import Path
 
 inputs = {
     "pump": {"unit": "L/min", "range": [-0.66, 5.42], "start": 5.42},
-    "valve": {"unit": "1", "range": [0.2, 1.0], "start": 0.2},
+    "valve": {"unit": "1", "range": [0.5, 1.0], "start": 0.5},
 }
 outputs = {"level": "m"}
 start = [0.5]
@@ -47,7 +47,7 @@ hold = "HOLD"
 
 
 def require(u):
-    if not (-0.66 <= u[0] <= 5.42 and 0.2 <= u[1] <= 1.0):
+    if not (-0.66 <= u[0] <= 5.42 and 0.5 <= u[1] <= 1.0):
         Path(__file__).with_name("outside.txt").write_text(f"asked for {u.tolist()}")
 
 
@@ -64,11 +64,11 @@ def g(x, u, p):
 
 SMALL = """
 [data]
-duration = 20
+duration = 10
 burn_in = 2
-train = 6
+train = 4
 validation = 2
-companion = 4
+companion = 2
 bound = 6
 calibration = 40
 
@@ -106,11 +106,11 @@ n_out = 60
 allow_short = true"""
 DATA = """
 [data]
-duration = 2000
-burn_in = 500
-train = 2
+duration = 1000
+burn_in = 300
+train = 1
 validation = 1
-estimator = 3
+estimator = 2
 estimator_validation = 1
 
 [[data.excitation]]
@@ -127,8 +127,8 @@ def invoke(*arguments: object) -> Result:
 @pytest.fixture(autouse=True)
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(first_look, "SAMPLES", 300)
-    monkeypatch.setattr(motions, "MOTIONS", 8)
-    monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 2)
+    for name in ("MOTIONS", "LEAST_MEASURED", "LINEARIZED_MOTIONS"):
+        monkeypatch.setattr(motions, name, 2)
 
 
 def proposed(folder: Path, text: str) -> Path:
@@ -153,12 +153,7 @@ def with_bends(data: str) -> str:
 
 @pytest.mark.extended
 @pytest.mark.parametrize(
-    ("hold", "commands"),
-    [
-        ("first_order", ["try"]),
-        pytest.param("zero_order", ["try", "run"], marks=pytest.mark.extended),
-        pytest.param("first_order", ["run"], marks=pytest.mark.extended),
-    ],
+    ("hold", "commands"), [("zero_order", ["run"]), ("first_order", ["try", "run"])]
 )
 def test_whole_way_never_leaves_the_ranges(hold: str, commands: list[str], tmp_path: Path) -> None:
     """Proposal, trial, window, data, networks, bound, validation, search and credentials."""
@@ -168,7 +163,7 @@ def test_whole_way_never_leaves_the_ranges(hold: str, commands: list[str], tmp_p
         done = invoke(command, recipe, "--runs", tmp_path)
         assert done.exit_code == 0, done.output
     assert not (tmp_path / "outside.txt").exists()
-    assert (tmp_path / "strict" / "strict.fmu").exists() is ("run" in commands)
+    assert (tmp_path / "strict" / "strict.fmu").exists()
 
 
 @pytest.mark.extended

@@ -16,6 +16,7 @@ from typing import Any
 import torch
 
 from slide_fmu.core.progress import Heard, Progress
+from slide_fmu.fitting.adam import AdamW
 from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.history import History
@@ -91,12 +92,10 @@ def train(
         TrainingError: the loss or the validation error is not finite, or the checkpoint cannot be
             read.
     """
-    optimizer = torch.optim.AdamW(
+    optimizer = AdamW(
         model.parameters(),
-        lr=recipe.learning_rate,
         weight_decay=recipe.expert.weight_decay,
-        eps=ADAM_EPSILON[recipe.expert.precision],
-        fused=True,
+        epsilon=ADAM_EPSILON[recipe.expert.precision],
     )
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)
@@ -107,14 +106,12 @@ def train(
         # every step has its own seed, so its batch is the same after a restart
         generator.manual_seed((recipe.seed * SEED_STRIDE + step) % 2**32)
         windows, targets = _batch(training, recipe, objective, generator)
-        for group in optimizer.param_groups:
-            group["lr"] = learning_rate(recipe, step)
-        optimizer.zero_grad(set_to_none=True)
+        optimizer.forget_gradients()
         loss = objective.loss(model(windows), targets)
         torch.autograd.backward(loss)
         if recipe.expert.gradient_clip is not None:
             torch.nn.utils.clip_grad_norm_(model.parameters(), recipe.expert.gradient_clip)
-        optimizer.step()
+        optimizer.step(learning_rate(recipe, step))
         loss_sum += float(loss.detach())
         if not math.isfinite(loss_sum):
             raise TrainingError(_divergence(f"loss at step {step}"))
@@ -188,9 +185,7 @@ def _divergence(value: str) -> str:
     return f"training diverged: {value} is not finite; lower training.learning_rate"
 
 
-def _restore(
-    checkpoint: Path, model: torch.nn.Module, optimizer: torch.optim.Optimizer
-) -> dict[str, Any]:
+def _restore(checkpoint: Path, model: torch.nn.Module, optimizer: AdamW) -> dict[str, Any]:
     """Load a checkpoint into model and optimizer and return the course so far, or a new one.
 
     Raises:

@@ -10,6 +10,7 @@ import torch
 
 from slide_fmu.apps.compare.baselines.base import Budget, Course
 from slide_fmu.core.progress import Progress
+from slide_fmu.fitting.adam import AdamW
 from slide_fmu.fitting.errors import TrainingError
 
 MOST_STEPS = 20_000
@@ -44,7 +45,7 @@ class AdamTraining:
         Raises:
             TrainingError: no validation error is finite.
         """
-        optimizer = torch.optim.Adam(self.module.parameters(), lr=self.rate, fused=True)
+        optimizer = AdamW(self.module.parameters())
         kept: dict[str, torch.Tensor] = {}
         errors: list[tuple[float, float]] = []
         best, step, validation, every = math.inf, 0, 0.0, 1 / VALIDATIONS
@@ -67,9 +68,7 @@ class AdamTraining:
                 progress(min(VALIDATIONS, int(VALIDATIONS * part)), VALIDATIONS, best)
                 if part >= 1.0:
                     break
-            for group in optimizer.param_groups:
-                group["lr"] = self.rate * schedule(part)
-            self._step(optimizer)
+            self._step(optimizer, self.rate * schedule(part))
             step += 1
         if not kept:
             raise TrainingError("training diverged: no validation error is finite")
@@ -77,11 +76,11 @@ class AdamTraining:
         half = min((error for part, error in errors if part <= 0.5), default=None)
         return Course(step, best, half, cut=step < MOST_STEPS)
 
-    def _step(self, optimizer: torch.optim.Optimizer) -> None:
-        optimizer.zero_grad(set_to_none=True)
+    def _step(self, optimizer: AdamW, rate: float) -> None:
+        optimizer.forget_gradients()
         torch.autograd.backward(self.loss())
         torch.nn.utils.clip_grad_norm_(self.module.parameters(), LONGEST_GRADIENT)
-        optimizer.step()
+        optimizer.step(rate)
 
 
 def schedule(part: float) -> float:

@@ -25,8 +25,8 @@ SLACK = 1e-6
 """Times that differ by less, in sample steps, are the same."""
 
 
-def plain_signals(features: Features, newest_first: list[FloatArray]) -> FloatArray:
-    """Signals of an input and the three before it, each by its definition."""
+def plain_signals(features: Features, newest_first: FloatArray) -> FloatArray:
+    """Signals of an input and the three before it, (4, c), each by its definition."""
     u, before, earlier = newest_first[:3]
     if isinstance(features, Differences):
         parts = [u, u - before, u - 2 * before + earlier]
@@ -38,7 +38,7 @@ def plain_signals(features: Features, newest_first: list[FloatArray]) -> FloatAr
         direction = np.stack([now.real, now.imag], axis=1).ravel()
         parts = [direction, turns, turns - turns_before, u[others], u[others] - before[others]]
         return np.concatenate(parts)
-    return features.of(np.array(newest_first[::-1])[None])[0, 0]
+    raise TypeError(f"{type(features).__name__} has no definition here")
 
 
 def plain_directors(features: Director, inputs: FloatArray) -> Any:
@@ -55,12 +55,13 @@ def plain_directors(features: Director, inputs: FloatArray) -> Any:
 
 def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
     """Features sample by sample: (N, c) to (N, q)."""
-    rows = []
-    for k in range(len(records)):
-        signals = plain_signals(features.features, [records[max(k - age, 0)] for age in range(4)])
-        chosen, scaling = signals[list(features.chosen)], features.scaling
-        rows.append((chosen - scaling.offset) / scaling.scale)
-    return np.array(rows)
+    ages = np.maximum(np.arange(len(records))[:, None] - np.arange(4), 0)
+    seen, scaling = records[ages], features.scaling  # newest first: (N, 4, c)
+    if isinstance(features.features, Differences | Director):
+        signals = np.array([plain_signals(features.features, inputs) for inputs in seen])
+    else:  # the motion of a chain, which other tests have checked: all samples at once
+        signals = features.features.of(seen[:, ::-1])[:, 0]
+    return (signals[:, list(features.chosen)] - scaling.offset) / scaling.scale
 
 
 def plain_pair(

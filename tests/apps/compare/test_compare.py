@@ -71,7 +71,7 @@ expert.kept = 1
 expert.kept_iterations = 10
 iterations = 20
 """
-TERMS = Terms(budget=4.0, seed=77, trajectories=3, workers=1)
+TERMS = Terms(budget=2.0, seed=77, trajectories=3, workers=1)
 LINEAR = ("FIR", "ARX", "linear state space")
 
 
@@ -198,10 +198,10 @@ def test_other_terms_find_all_models_anew(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(comparing, "_measured", fit)
-    for terms in (Terms(7.0, 77, 3), Terms(None, 77, 2), Terms(4.0, 78, 3)):
+    for terms in (Terms(7.0, 77, 3), Terms(None, 77, 2), Terms(TERMS.budget, 78, 3)):
         with pytest.raises(KeyboardInterrupt):
             compare_recipe(duffing[0], terms)
-    assert fitted == [("FIR", 7.0), ("FIR", 4.0), ("FIR", 4.0)]
+    assert fitted == [("FIR", 7.0), ("FIR", 2.0), ("FIR", 2.0)]
 
 
 @needs_sysidentpy
@@ -284,7 +284,7 @@ def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     text = own_records.RECIPE.replace('"bench.csv"', f'"{tmp_path / "bench.csv"}"')
     path.write_text(text, encoding="utf-8")
     job = open_job(path, tmp_path / "runs", lambda _: lambda *_: None)
-    figures, _ = compare_recipe(job, Terms(budget=4.0, seed=77, workers=1))
+    figures, _ = compare_recipe(job, Terms(budget=TERMS.budget, seed=77, workers=1))
     assert figures.trajectories == 1  # the block at the end of the record
     models = by_title(figures)
     assert error(models["own: state space"]) < 0.1 < error(models["ARX"])

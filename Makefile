@@ -56,9 +56,8 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist 
 test: setup
 	$(PYTEST) -m "not extended"
 
-# Besides the slow tests these are the tests with examples once more, with twice as many.
 test-extended: setup
-	$(PYTEST) -m "extended or examples" --hypothesis-profile thorough
+	$(PYTEST) -m extended
 
 test-all: setup
 	$(PYTEST) --hypothesis-profile thorough

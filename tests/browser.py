@@ -25,15 +25,25 @@ PIPES = (3, 4)
 
 
 class Browser:
-    """One page in a headless browser."""
+    """One page in a headless browser, which lasts for a session of tests."""
 
     def __init__(self, writer: int, reader: int) -> None:
         self._writer, self._reader, self._buffer = writer, reader, b""
-        self._count, self._session = 0, ""
+        self._count, self._session, self._context = 0, "", ""
         self.events: list[dict[str, Any]] = []
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Leave the page for a new one, which knows nothing of what was stored before."""
+        self._session = ""
+        if self._context:
+            self.call("Target.disposeBrowserContext", browserContextId=self._context)
+        self._context = self.call("Target.createBrowserContext")["browserContextId"]
+        place = {"url": "about:blank", "browserContextId": self._context}
+        target = self.call("Target.createTarget", **place)["targetId"]
         attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
         self._session = attached["sessionId"]
+        self.events.clear()
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
 

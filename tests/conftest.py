@@ -24,17 +24,10 @@ __all__ = ["pytest_configure", "pytest_runtest_makereport", "pytest_runtest_prot
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # The same examples in every run: a failure comes back. No deadline: machines are shared. ``make
-# test`` takes few examples; all others take more (``--hypothesis-profile thorough``).
+# test-all`` takes twice as many as others (``--hypothesis-profile thorough``).
 settings.register_profile("quick", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=40)
 settings.load_profile("quick")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that Hypothesis gives examples to."""
-    for item in items:
-        if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
-            item.add_marker("examples")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -54,8 +47,15 @@ def _no_recipe_is_used() -> None:
     make_importable()
 
 
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+@pytest.fixture(scope="session")
+def _chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """A browser; its profile is removed with the other temporary folders."""
     with browser(tmp_path_factory.mktemp("profile")) as found:
         yield found
+
+
+@pytest.fixture(scope="module")
+def chromium(_chromium: Browser) -> Browser:
+    """A page of the browser, whose storage no other module's page has seen."""
+    _chromium.begin_anew()
+    return _chromium

@@ -45,18 +45,24 @@ NOBODY = "dask://127.0.0.1:9"
 """Nothing listens there."""
 
 
-@pytest.fixture
-def scheduler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A cluster of two worker processes, which log what they simulate."""
-    monkeypatch.setenv(LOG, str(tmp_path / "log"))
-    with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-        silence_logs="CRITICAL",
-    ) as found:
-        yield found
+@pytest.fixture(scope="module")
+def log_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("log")
+
+
+@pytest.fixture(scope="module")
+def scheduler(log_folder: Path) -> Iterator[Any]:
+    """A cluster of two worker processes, started once, which log what they simulate."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(LOG, str(log_folder / "log"))
+        with distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            silence_logs="CRITICAL",
+        ) as found:
+            yield found
 
 
 def address_of(found: Any) -> str:
@@ -141,7 +147,17 @@ def test_worker_that_does_not_see_the_disk_says_so(
 
 
 @pytest.mark.extended
-def test_killed_worker_repeats_nothing_that_was_finished(tmp_path: Path, scheduler: Any) -> None:
+def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> None:
+    with refused(SimulationError, "1 may fail", "be simulated"):
+        Workplace(executor=address_of(scheduler)).make(
+            case_of(failing(0.02, fail=0.9)), None, tmp_path / "data.zarr", silent
+        )
+
+
+@pytest.mark.extended
+def test_killed_worker_repeats_nothing_that_was_finished(
+    tmp_path: Path, log_folder: Path, scheduler: Any
+) -> None:
     killed: list[int] = []
     at_kill: list[int] = []
 
@@ -150,12 +166,12 @@ def test_killed_worker_repeats_nothing_that_was_finished(tmp_path: Path, schedul
             nanny = next(iter(scheduler.workers.values()))
             killed.append(nanny.pid)
             os.kill(killed[0], signal.SIGKILL)
-            at_kill.append(len(logged(tmp_path)))
+            at_kill.append(len(logged(log_folder)))
 
     store = tmp_path / "cluster" / "data.zarr"
     Workplace(executor=address_of(scheduler)).make(case_of(LONG), None, store, kill_in_the_midst)
     assert killed
-    lines = logged(tmp_path)
+    lines = logged(log_folder)
     assert 20 <= at_kill[0] < 60
     assert set(lines) == set(identities().values())
     assert len(lines) - len(set(lines)) <= 1  # what it simulated when it was killed
@@ -172,14 +188,6 @@ def test_model_that_ends_its_workers_is_told(
     with refused(ClusterError, "workers", "a model that does not end its process"):
         Workplace(executor=address_of(scheduler)).make(
             case_of(failing(crash=0.99)), None, tmp_path / "data.zarr", silent
-        )
-
-
-@pytest.mark.extended
-def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> None:
-    with refused(SimulationError, "1 may fail", "be simulated"):
-        Workplace(executor=address_of(scheduler)).make(
-            case_of(failing(0.02, fail=0.9)), None, tmp_path / "data.zarr", silent
         )
 
 

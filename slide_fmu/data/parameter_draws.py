@@ -6,7 +6,6 @@ A Sobol sequence fills the box of the ranges evenly with any number of points.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.core.signals import FloatArray
@@ -68,6 +67,8 @@ def _drawn(recipe: Recipe, stream: Stream, index: int, beyond: bool) -> dict[str
     if not parameters:
         return {}
     seeds = np.random.SeedSequence(stream.seed, spawn_key=(PARAMETERS, stream.number))
+    from scipy.stats import qmc  # takes as long as all else that a worker imports
+
     sequence = qmc.Sobol(len(parameters), seed=np.random.default_rng(seeds))
     if index > 0:  # scipy takes no 0
         sequence.fast_forward(index)

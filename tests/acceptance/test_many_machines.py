@@ -97,10 +97,12 @@ def generated(recipe: Path, runs: Path) -> int:
     return int(json.loads(result.stdout)["made_now"])
 
 
-def made(runs: Path, recipe: Path) -> str:
-    """The digest of the store of a recipe, made by one process of this machine."""
-    assert generated(recipe, runs) == TOTAL
-    return store_digest(runs / "lag" / "data.zarr")
+@pytest.fixture(scope="module")
+def digest(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The digest of the store of the recipe, made by one process of this machine."""
+    folder = tmp_path_factory.mktemp("alone")
+    assert generated(write_lag(folder / "recipe"), folder) == TOTAL
+    return store_digest(folder / "lag" / "data.zarr")
 
 
 def free_port() -> int:
@@ -111,7 +113,7 @@ def free_port() -> int:
 
 @pytest.mark.extended
 def test_scheduler_and_workers_of_the_composition_make_the_same_store(
-    tmp_path: Path, machine: Machine
+    tmp_path: Path, machine: Machine, digest: str
 ) -> None:
     """They find the model beside its recipe, and notice that it is another one than they know."""
     port = free_port()
@@ -123,7 +125,7 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
             text.replace("/shared/$RECIPE", "recipe/lag.toml").replace("/shared/", "")
         )
 
-    recipe = write_lag(tmp_path / "recipe")
+    write_lag(tmp_path / "recipe")
     with ExitStack() as processes:
         processes.enter_context(machine.running(command("scheduler")))
         for _ in range(COMPOSE["worker"]["deploy"]["replicas"]):
@@ -132,19 +134,21 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
         words = [str(machine.folder / "bin" / "slide-fmu"), *command("generate")[1:]]
         user.run(*words)
         store = tmp_path / "runs" / "lag" / "data.zarr"
-        assert store_digest(store) == made(tmp_path / "alone", recipe)
+        assert store_digest(store) == digest
         write_lag(tmp_path / "recipe", rate=3.0)
         said = user.run(*words, "--overwrite", code=1)
         assert "restart the workers" in " ".join(said.split())
 
 
 @pytest.mark.extended
-def test_tasks_of_the_job_array_make_one_store(tmp_path: Path, machine: Machine) -> None:
+def test_tasks_of_the_job_array_make_one_store(
+    tmp_path: Path, machine: Machine, digest: str
+) -> None:
     recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
     for _ in range(2):
         machine.run("bash", EXAMPLES / "array.sh", recipe, runs, SLURM_CPUS_PER_TASK="1")
     assert generated(recipe, runs) == 0
-    assert store_digest(runs / "lag" / "data.zarr") == made(tmp_path / "alone", recipe)
+    assert store_digest(runs / "lag" / "data.zarr") == digest
 
 
 SBATCH = """
@@ -157,14 +161,16 @@ SCANCEL = 'kill -- -$(sed -n "$1p" "{folder}/jobs")'
 
 
 @pytest.mark.extended
-def test_jobs_that_slurm_starts_make_the_same_store(tmp_path: Path, machine: Machine) -> None:
+def test_jobs_that_slurm_starts_make_the_same_store(
+    tmp_path: Path, machine: Machine, digest: str
+) -> None:
     """A program ``sbatch`` starts the jobs here that dask-jobqueue writes."""
     recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
     machine.install("sbatch", SBATCH.format(folder=machine.folder))
     machine.install("scancel", SCANCEL.format(folder=machine.folder))
     machine.run("python", EXAMPLES / "slurm.py", recipe, runs, "1")
     assert len((machine.folder / "jobs").read_text().split()) == 1
-    assert store_digest(runs / "lag" / "data.zarr") == made(tmp_path / "alone", recipe)
+    assert store_digest(runs / "lag" / "data.zarr") == digest
 
 
 def test_array_and_composition_name_what_there_is() -> None:

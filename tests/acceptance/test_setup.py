@@ -257,16 +257,6 @@ def test_setup_takes_a_build_of_torch_for_the_cpu_where_there_is_one(tmp_path: P
 
 
 @needs_make
-def test_setup_refuses_a_build_of_torch_for_the_cpu_of_an_unknown_hash(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path)
-    checkout.lock_cpu(checkout.wheel("torch", "2.0+cpu"))
-    checkout.wheel("torch", "2.0+cpu", "part")
-    said = checkout.setup()
-    assert said.returncode != 0
-    assert "torch==2.0+cpu" in said.stderr
-
-
-@needs_make
 def test_setup_fails_where_the_lock_files_miss_a_package(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
     part = checkout.wheel("part", "1", "missing-one")

@@ -64,7 +64,7 @@ def children(process: int) -> list[int]:
 
 @pytest.mark.extended
 @posix_alone
-@pytest.mark.parametrize("after", [0.0, 0.15, 0.6])
+@pytest.mark.parametrize("after", [0.0, 0.3])
 def test_interrupt_while_workers_start_is_told_in_one_line(after: float, tmp_path: Path) -> None:
     """Workers import for a second or two, in which the whole group is interrupted."""
     (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")

@@ -422,7 +422,6 @@ class Sequences(RuleBasedStateMachine):
 
 
 @pytest.mark.extended
-@pytest.mark.examples
 @pytest.mark.parametrize("shape", every(2, SHAPES.values()), ids=list(SHAPES))
 def test_any_sequence_of_calls_gives_what_the_plain_fmu_gives(load: Load, shape: Shape) -> None:
     loaded = load(random_surrogate(shape))

@@ -12,7 +12,8 @@ import typer.main
 
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
-from tests.acceptance.conftest import invoke
+from slide_fmu.memory import motions
+from tests.acceptance.conftest import FEW_MOTIONS, invoke
 from tests.marks import APPS, needs_app
 
 OF_APPS = {
@@ -119,6 +120,7 @@ def test_commands_of_the_readme_make_an_fmu_with_a_small_error(
     planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
     assert "slide-fmu run training/duffing_demo.toml" in planned.stdout
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     for command in shell_commands()[2:]:
         program, *arguments = shlex.split(command)
         assert program == "slide-fmu"

@@ -282,6 +282,7 @@ def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     write_record(tmp_path / "bench.csv", 3000)
     path = tmp_path / "bench.toml"
     text = own_records.RECIPE.replace('"bench.csv"', f'"{tmp_path / "bench.csv"}"')
+    text = text.replace("iterations = 10", "iterations = 10\nstarts = 2")
     path.write_text(text, encoding="utf-8")
     job = open_job(path, tmp_path / "runs", lambda _: lambda *_: None)
     figures, _ = compare_recipe(job, Terms(budget=TERMS.budget, seed=77, workers=1))

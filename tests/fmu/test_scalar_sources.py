@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import re
 import shutil
 import subprocess
@@ -50,14 +51,23 @@ def sources_of(loaded: Loaded) -> list[str]:
     return [str(path) for path in sorted((loaded.folder / "sources").glob("*.c"))]
 
 
+COMPILED: dict[tuple[str, ...], bytes] = {}
+"""Libraries by the hash of their sources and the flags: several tests compile the same ones."""
+
+
 def library_of(loaded: Loaded, folder: Path, *flags: str) -> ctypes.CDLL:
-    """Compile and load the sources; all warnings are errors."""
+    """Compile and load the sources; all warnings are errors. It shares no memory with others."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
     library = folder / "scalar.so"
-    arguments = [*STRICT, "-O2", "-shared", "-fPIC", *flags, *sources_of(loaded), "-lm"]
-    built = run_compiler(["gcc"], [*arguments, "-o", str(library)])
-    assert built.returncode == 0, built.stderr
+    content = b"".join(path.read_bytes() for path in sorted((loaded.folder / "sources").iterdir()))
+    key = (hashlib.sha256(content).hexdigest(), *flags)
+    if key not in COMPILED:
+        arguments = [*STRICT, "-O2", "-shared", "-fPIC", *flags, *sources_of(loaded), "-lm"]
+        built = run_compiler(["gcc"], [*arguments, "-o", str(library)])
+        assert built.returncode == 0, built.stderr
+        COMPILED[key] = library.read_bytes()
+    library.write_bytes(COMPILED[key])
     return ctypes.CDLL(str(library))
 
 

@@ -30,9 +30,9 @@ from tests.refusals import refused
 HARMLESS = {"metadata: description ''"}
 """What was as it is."""
 
-SEEDS = 40
+SEEDS = 20
 """Random damages of an FMU of each standard."""
-FEW = range(10)
+FEW = range(6)
 """Of them those that the subcommands that take longer are given."""
 
 LINEAR = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"

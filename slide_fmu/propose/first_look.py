@@ -11,13 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, part_of
-from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
+from slide_fmu.core.signals import FloatArray, Hold, hold_of, on_circles, within_ranges
 from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.mix import Excitation, drawing_kind
-from slide_fmu.memory.bandwidth import GAIN, SAMPLES_PER_PERIOD, proposed_step, tidy_step
+from slide_fmu.memory.bandwidth import (
+    GAIN,
+    OWN_SAMPLES,
+    lost_by_lines,
+    proposed_step,
+    tidy_step,
+)
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.sizing import NotForgettingError
@@ -39,6 +46,9 @@ ABOVE_MODES = 3.0
 """A weakly damped resonance has a bandwidth of up to this many times its own frequency."""
 PATIENCE = 20.0
 """No further motion is begun after this time in s, nor a further rest after twice this time."""
+
+USUAL = (1, 2, 5, 10)
+"""Usual communication steps of importers, in ms."""
 
 MakeTables = Callable[[float], Sequence[KindTable]]
 """Makes the tables of the excitation for a sample step in s."""
@@ -74,11 +84,13 @@ class Looking:
         specification: specification of the model; its step is proposed if None.
         origin: origin of that step.
         excitation: makes the tables by which ranges of outputs are found; None if they are known.
+        driven: whether the inputs are set points of drives or an angle.
     """
 
     specification: Specification
     origin: str
     excitation: MakeTables | None
+    driven: bool = False
 
 
 def look(looking: Looking, progress: Progress) -> FirstLook:
@@ -129,26 +141,50 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
                 raise NotForgettingError(str(lasts))
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
-    proposed = proposed_step(make, FIRST_STEP, progress, enough)
-    seen = proposed.bandwidth
+    proposed = proposed_step(make, FIRST_STEP, progress, enough, looking.driven)
+    seen, hold = proposed.bandwidth, hold_of(first.inputs)
     if fastest is not None and (seen is None or seen >= ABOVE_MODES * fastest):
-        samples = SAMPLES_PER_PERIOD[hold_of(first.inputs)]
+        step = tidy_step(1.0 / (OWN_SAMPLES * fastest))
         origin = (
             f"The fastest mode at rest has {fastest:.3g} Hz. The rates of the inputs act too: if "
             "these move faster, or springs harden, take a smaller step."
         )
-        return tidy_step(1.0 / (samples * fastest)), origin, None
+        return step, f"{origin} {_why(step, fastest, hold)}", None
     failed = proposed.failed and (
-        "the model failed under noise over the whole ranges of its inputs, so a part of them "
-        f"showed the step: {proposed.failed}"
+        "the model failed under inputs over their whole ranges, so a part of them showed the "
+        f"step: {proposed.failed}"
     )
-    origin = "Assumed: the outputs show no dynamics of their own."
-    if proposed.bandwidth is not None:
-        origin = (
-            f"Up to {proposed.bandwidth:.3g} Hz an output answers with {100 * GAIN:g} % of its "
-            "largest gain."
-        )
-    return proposed.step, origin, failed
+    step = proposed.step
+    if proposed.own is not None:
+        origin = f"After its inputs have come to rest, it moves on with up to {proposed.own:.3g} Hz."
+        return step, f"{origin} {_why(step, proposed.own, hold)}", failed
+    if seen is not None:
+        origin = f"Up to {seen:.3g} Hz an output answers with {100 * GAIN:g} % of its largest gain."
+        return step, f"{origin} {_why(step, seen, hold)}", failed
+    return step, f"Assumed: the outputs show no dynamics of their own. {_fitting(step)}", failed
+
+
+def _why(step: float, frequency: float, hold: Hold) -> str:
+    """Say what a step in s takes of a period of a frequency in Hz, and what it loses of inputs."""
+    said = f"A step of {step:g} s takes {1.0 / (frequency * step):.2g} samples in such a period"
+    if hold == "first_order":
+        lost = percent(lost_by_lines(frequency, step))
+        said += f", between which straight lines lose {lost} of an input's amplitude"
+    return f"{said}. {_fitting(step)}"
+
+
+def _fitting(step: float) -> str:
+    """Say which usual steps of importers go with a step in s."""
+
+    def fits(other: float) -> bool:
+        ratio = max(step, other) / min(step, other)
+        return math.isclose(ratio, round(ratio), rel_tol=1e-6)
+
+    *others, last = [str(usual) for usual in USUAL if fits(usual / 1000.0)]
+    return (
+        f"Steps of {', '.join(others)} and {last} ms, which importers often have, divide it or are "
+        "divided by it."
+    )
 
 
 def _is_free(system: System) -> bool:

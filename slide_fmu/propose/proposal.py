@@ -243,7 +243,9 @@ def _begin(wish: Wish) -> _Begun:
 def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
     found, system = begun.found, begun.system
-    looking = Looking(begun.specification, _origin(wish), None if begun.own else begun.tables)
+    excitation = None if begun.own else begun.tables
+    driven = begun.kind in ("set_points", "angle")
+    looking = Looking(begun.specification, _origin(wish), excitation, driven)
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress
     return guarded(system, (found.model, found.kind), look, looking, shown)
@@ -293,7 +295,8 @@ def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, st
         return step, seen.origin, None
     if wish.step is None and begun.found.step is None:
         count = max(1, round(step / own))
-        count = count if count <= MOST_SUBSTEPS else SUBSTEPS * round(count / SUBSTEPS)
+        if count > MOST_SUBSTEPS and _parts(count) < SUBSTEPS:
+            count = SUBSTEPS * round(count / SUBSTEPS)
         origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
         return float(f"{count * own:.10g}"), origin, own
     whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
@@ -306,15 +309,19 @@ def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
     if begun.kind not in MOVING or begun.own:
         return 1
     if fmu_step is not None:
-        stairs = round(step / fmu_step)
-        whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
-        return next((n for n in whole if n >= SUBSTEPS), whole[-1])
+        return _parts(round(step / fmu_step))
     parts = STAIRS if begun.system.climbs else SUBSTEPS
     try:
         finer = load_system(replace(begun.specification, step=step / parts))
     except LoadError:  # the model has its own step
         return 1
     return parts if math.isclose(finer.step, step / parts) else 1
+
+
+def _parts(stairs: int) -> int:
+    """Return in how many equal parts a number of stairs is divided: SUBSTEPS, or soon more."""
+    whole = [n for n in range(1, MOST_SUBSTEPS + 1) if stairs % n == 0]
+    return next((n for n in whole if n >= SUBSTEPS), whole[-1])
 
 
 def kind_of_inputs(system: System, in_loops: bool = False) -> InputKind:

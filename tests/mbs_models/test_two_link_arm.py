@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.memory.bandwidth import proposed_step
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
@@ -61,3 +62,14 @@ def test_arm_that_turns_evenly_throws_its_load_outwards(arm: System) -> None:
     expected = move[:3] + np.cross(move[3:], module.ARM.tool_position(last))
     found = arm.simulate(inputs)[-1]
     assert np.abs(found - expected).max() < 2 * SECOND_ORDER * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_step_that_is_proposed_for_an_arm_is_near_that_of_its_recipe(
+    arm: System, driven: bool
+) -> None:
+    """The more finely noise drives it, the more it answers: only its own vibration has a step."""
+    module = sys.modules[type(arm).__module__]
+    found = proposed_step(lambda step: module.TwoLinkArm(step=step), driven=driven)
+    assert found.own == pytest.approx(5.0, rel=0.2)
+    assert found.step == STEP

@@ -10,7 +10,7 @@ import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.memory.bandwidth import proposed_step, tidy_step
+from slide_fmu.memory.bandwidth import own_frequency, proposed_step, tidy_step
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from tests.marks import first
@@ -26,7 +26,7 @@ def test_lag_is_sampled_some_times_in_its_time_constant(time_constant: float) ->
     assert found.bandwidth is not None
     # a spectrum at a step of more than the lag shows the corner blurred by what folds back
     assert 0.7 < found.bandwidth / corner < 2.0
-    assert 0.5 < found.step * 5.0 * found.bandwidth <= 1.0
+    assert 0.4 < found.step * 10.0 * found.bandwidth <= 1.0
 
 
 @pytest.mark.parametrize("first", first([0.01, 1e-4, 1.0]))
@@ -113,6 +113,53 @@ def test_system_with_a_step_of_its_own_is_looked_at_with_that() -> None:
     assert found.bandwidth is not None
 
 
+class Driven(System):
+    """A load on a spring behind a fast drive: its deviation follows the input's acceleration."""
+
+    FREQUENCY, DAMPING, DRIVE = 25.0, 0.1, 1e-6
+
+    def __init__(self, step: float) -> None:
+        self.step = step
+        self.inputs = (Signal("place", "m", -1.0, 1.0, hold="first_order"),)
+        self.outputs = (Signal("deviation", "m", -1.0, 1.0),)
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        from scipy.signal import cont2discrete, dlsim
+
+        w = self.FREQUENCY
+        drive = [self.DRIVE, 1.0]
+        spring = np.polymul(np.polymul([1.0, 2 * self.DAMPING * w, w * w], drive), drive)
+        matrices = cont2discrete(([-1.0, 0.0, 0.0], spring), self.step, "foh")
+        values = np.concatenate([inputs[:1], inputs])
+        _, found = dlsim(matrices[:2] + (self.step,), values - values[0])
+        return np.asarray(found)
+
+
+def test_output_that_follows_accelerations_is_sampled_by_its_own_vibration() -> None:
+    found = proposed_step(Driven, driven=True)
+    assert found.own is not None
+    assert found.own == pytest.approx(Driven.FREQUENCY / (2 * math.pi), rel=0.3)
+    assert found.step == 0.02
+
+
+@pytest.mark.parametrize(("time_constant", "tolerance"), [(0.5, 0.5), (0.1, 0.2)])
+def test_motion_that_is_left_has_the_corner_frequency_of_a_lag(
+    time_constant: float, tolerance: float
+) -> None:
+    found = own_frequency(Lag(0.02, time_constant))
+    assert found == pytest.approx(1.0 / (2 * math.pi * time_constant), rel=tolerance)
+
+
+def test_set_points_after_which_nothing_moves_keep_the_first_step() -> None:
+    found = proposed_step(Through, driven=True)
+    assert (found.step, found.bandwidth, found.own) == (0.01, None, None)
+
+
+def test_drives_that_no_step_simulates_are_refused() -> None:
+    with refused(SimulationError, "it never moves"):
+        proposed_step(Broken, driven=True)
+
+
 class Broken(Lag):
     def simulate(self, inputs: FloatArray) -> FloatArray:
         raise SimulationError("it never moves")
@@ -127,7 +174,7 @@ def _fixed(step: float) -> System:
 
 @pytest.mark.parametrize(
     ("step", "tidied"),
-    [(0.0101, 0.01), (0.0199, 0.015), (0.99, 0.8), (1.0, 1.0), (3600.0, 3000.0), (0.2, 0.2)],
+    [(0.0101, 0.01), (0.0199, 0.01), (0.99, 0.5), (1.0, 1.0), (3600.0, 2000.0), (0.2, 0.2)],
 )
 def test_tidy_step_is_rounded_down(step: float, tidied: float) -> None:
     assert tidy_step(step) == tidied

@@ -124,7 +124,8 @@ def _with_excitation(data: Any, system: System, step: Any) -> Any:
     widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
     bends = kind in MOVING and isinstance(system, Bending)
     substeps = {"substeps": SUBSTEPS} if bends else {}
-    mix = default_excitation(step, kind, widths, bool(cosines_of(signals)))
+    jumps = data.get("jumps") is True
+    mix = default_excitation(step, kind, widths, bool(cosines_of(signals)), jumps)
     return {**substeps, **data, "excitation": mix}
 
 

@@ -138,6 +138,15 @@ def init(
             "too.",
         ),
     ] = None,
+    jumps: Annotated[
+        bool,
+        typer.Option(
+            "--jumps",
+            help="Inputs that move also jump, at any time, as with switches, valves and emergency "
+            "stops: the training, the model and the error bound see such jumps. Default: they "
+            "do not.",
+        ),
+    ] = False,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
@@ -158,7 +167,7 @@ def init(
         further = tuple(models[1:])
         wish = Wish(
             models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time,
-            tuple(loops or ()),
+            tuple(loops or ()), jumps,
         )  # fmt: skip
         proposal = propose_unsimulated(wish)
         if proposal is None:

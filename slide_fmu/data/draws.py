@@ -21,7 +21,7 @@ from slide_fmu.excitation.mix import choose_kind, drawing_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, Stepping, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate, simulate_between
+from slide_fmu.systems.simulation import simulate, simulate_between, simulate_jumping
 
 STREAMS = {
     "train": 0,
@@ -83,6 +83,9 @@ class Draw:
             between samples; every sample is the last of its parts.
         burn_in: number of leading samples in which the initial state decays; they are not used.
         attempt: number of draws before it, on which the system failed.
+        jumps: where inputs jump between samples, the part of each step after which each of them
+            does, to its value at the step's end, from 0 to 1; NaN where it moves straight. Shape
+            (burn_in + N, n_inputs); None where no input jumps.
     """
 
     kind: int
@@ -92,6 +95,12 @@ class Draw:
     burn_in: int
     attempt: int = 0
     between: FloatArray | None = None
+    jumps: FloatArray | None = None
+
+    @property
+    def straight(self) -> bool:
+        """Whether the samples say what the inputs are between them."""
+        return self.between is None and self.jumps is None
 
 
 T = TypeVar("T")
@@ -207,7 +216,12 @@ def _drawn_inputs(
     # sample k ends part k, and is at the time k * step
     time = step / parts * (np.arange(parts * (burn_in + count), dtype=np.float64) + 1 - parts)
     inputs = outer.inputs(system.inputs, time, factor, rng)
-    if isinstance(chosen, LoopRecipe) and closed:
+    looped = isinstance(chosen, LoopRecipe) and closed
+    jumps = None
+    if recipe.data.jumps and outer.jumps and moves(system.inputs) and not looped:
+        jumps = np.where(outer.jumping(inputs), rng.random(inputs.shape), np.nan)
+    if looped:
+        assert isinstance(chosen, LoopRecipe)
         assert isinstance(system, Stepping)  # a case with loops has no other system
         inputs, parts = straight(inputs, finest // parts), finest
         again = partial(outer.inputs, system.inputs, time, factor, rng)
@@ -216,7 +230,8 @@ def _drawn_inputs(
     if factor <= 1.0:  # rounding may put the last digit out of a range, which is a hard limit
         inputs = within_ranges(system.inputs, inputs)
     between = inputs if parts > 1 else None
-    return Draw(kind, factor, None, inputs[parts - 1 :: parts], burn_in, attempt, between), rng
+    samples = inputs[parts - 1 :: parts]
+    return Draw(kind, factor, None, samples, burn_in, attempt, between, jumps), rng
 
 
 def _closed_together(
@@ -316,12 +331,14 @@ def simulate_draw(system: System, drawn: Draw) -> Trajectory:
 def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
     """Simulate a drawn trajectory; the outputs at its samples, (burn_in + N + 1, n_outputs).
 
-    Where inputs bend between samples, the system goes on by finer steps.
+    Where inputs bend or jump between samples, a system may go on by finer steps.
 
     Raises:
         LoadError: the system cannot be made with a finer step.
         SimulationError: it could not be simulated.
     """
+    if drawn.jumps is not None:
+        return simulate_jumping(system, drawn.inputs, drawn.jumps, drawn.initial)
     if drawn.between is None:
         return simulate(system, drawn.inputs, drawn.initial).outputs
     parts = len(drawn.between) // len(drawn.inputs)
@@ -330,4 +347,4 @@ def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
 
 def shortened(drawn: Draw, count: int | None) -> Draw:
     """Return a draw of the first ``count`` samples, with straight inputs between samples."""
-    return replace(drawn, inputs=drawn.inputs[:count], between=None)
+    return replace(drawn, inputs=drawn.inputs[:count], between=None, jumps=None)

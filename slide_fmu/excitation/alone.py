@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import PrivateAttr
 
 from slide_fmu.core.signals import FloatArray, Signal, by_axis
@@ -25,6 +26,15 @@ class Alone(Kind):
     def bends(self) -> bool:  # type: ignore[override]  # a constant of most kinds
         """Whether the input that moves is curved between samples, as in the other kind."""
         return self._like is not None and self._like.bends
+
+    @property
+    def jumps(self) -> bool:  # type: ignore[override]  # a constant of most kinds
+        """Whether the input that moves changes at once, as in the other kind."""
+        return self._like is not None and self._like.jumps
+
+    def jumping(self, inputs: FloatArray) -> NDArray[np.bool_]:
+        assert self._like is not None  # ``drawing_kind`` has chosen it
+        return self._like.jumping(inputs)
 
     def like(self, other: Kind) -> Alone:
         """Return the kind whose input moves as in another kind; ``inputs`` needs that."""

@@ -9,6 +9,7 @@ import abc
 from typing import Annotated, ClassVar, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
 from slide_fmu.core.signals import FloatArray, Signal
@@ -48,9 +49,12 @@ class Kind(Table, abc.ABC):
         weight: relative frequency of this kind in the mix.
         bends: whether inputs are smooth functions of time, curved between samples. Others are
             defined at samples only, and are linear in between.
+        jumps: whether inputs change at once, so that moving ones jump between samples where the
+            recipe says so (``jumping``).
     """
 
     bends: ClassVar[bool] = False
+    jumps: ClassVar[bool] = False
 
     weight: float = Field(gt=0)
 
@@ -60,6 +64,16 @@ class Kind(Table, abc.ABC):
         Raises:
             ValueError: the inputs do not suit the kind; the message says why, and the remedy.
         """
+
+    def jumping(self, inputs: FloatArray) -> NDArray[np.bool_]:
+        """Tell where drawn inputs change at once from the sample before, (N, n_inputs) both.
+
+        By default they do wherever they change, if the kind does so at all.
+        """
+        found = np.zeros(inputs.shape, dtype=bool)
+        if self.jumps:
+            found[1:] = inputs[1:] != inputs[:-1]
+        return found
 
     def settings(self) -> dict[str, str]:
         """Return the fields other than ``kind`` and ``weight`` by name, as text for reports.

@@ -2,14 +2,17 @@
 
 Each kind draws one normalised channel at a time: -1 and 1 are the ends of the input's range.
 Values beyond are clipped. Cosine and sine of an angle are drawn together, to remain an angle.
+Some kinds change at once: held inputs jump at samples. Moving ones jump at any time where the
+recipe says so (``data.jumps``), and go straight from sample to sample elsewhere.
 """
 
 from __future__ import annotations
 
 import abc
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
@@ -68,6 +71,7 @@ class HeldRandom(ChannelKind):
         samples: range of the number of samples, with both its ends; [1, 1] is white noise.
     """
 
+    jumps: ClassVar[bool] = True
     kind: Literal["held_random"]
     samples: CountRange = (1, 1)
 
@@ -110,6 +114,7 @@ class Steps(ChannelKind):
         duration: range in s of the time for which each level is held.
     """
 
+    jumps: ClassVar[bool] = True
     kind: Literal["steps"]
     duration: PositiveRange
 
@@ -120,8 +125,76 @@ class Steps(ChannelKind):
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        return _levels(time, self.duration, rng)
+
+
+class Ramps(ChannelKind):
+    """The input goes between uniform random levels, straight within one sample step.
+
+    The values at the samples are those of ``steps``; a moving input never jumps in this kind.
+
+    Attributes:
+        duration: range in s of the time from one move to the next.
+    """
+
+    kind: Literal["ramps"]
+    duration: PositiveRange
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        return (
+            f"{subject(signals)} goes to random levels of up to {size(self.amplitude, signals)}, "
+            f"each within {step:g} s, and stays there for {between(self.duration, 's')}"
+        )
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+        return _levels(time, self.duration, rng)
+
+
+class Stops(ChannelKind):
+    """The input moves as a sum of sines, stops at once, pauses, and goes on at once.
+
+    So do inputs with an emergency stop, a release, or a switch. In a pause, the normalised value
+    is 0 or a random one, with the same probability.
+
+    Attributes:
+        angular_frequency: range in rad/s; the logarithm of every frequency is drawn uniformly.
+        components: range of the number of sines, with both its ends.
+        duration: range in s of the length of every motion and of every pause.
+    """
+
+    jumps: ClassVar[bool] = True
+    kind: Literal["stops"]
+    angular_frequency: PositiveRange
+    duration: PositiveRange
+    components: CountRange = (1, 3)
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        time = between(self.duration, "s")
+        return (
+            f"{subject(signals)} moves by up to {size(self.amplitude, signals)} in sums of sines "
+            f"of {between(self.angular_frequency)} rad/s for {time}, stops at once for {time}, "
+            "and so on"
+        )
+
+    def jumping(self, inputs: FloatArray) -> NDArray[np.bool_]:
+        """Tell where a pause begins or ends: where a change has a rest on one side, (N, n)."""
+        changes = super().jumping(inputs)
+        rests = ~changes
+        before = np.concatenate([rests[:1], rests[:-1]])
+        after = np.concatenate([rests[1:], rests[-1:]])
+        return np.asarray(changes & (before | after))
+
+    def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         edges = _edges(time, self.duration, rng)
-        return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
+        number = np.searchsorted(edges, time, side="right")
+        levels = rng.uniform(-1, 1, len(edges) + 1) * (rng.random(len(edges) + 1) < 0.5)
+        count = int(rng.integers(self.components[0], self.components[1] + 1))
+        slowest, fastest = np.log(self.angular_frequency)
+        frequency = np.exp(rng.uniform(slowest, fastest, count))
+        phase = rng.uniform(-np.pi, np.pi, count)
+        sines = np.sin(time[:, None] * frequency + phase).mean(axis=1)
+        moving = (number + int(rng.integers(2))) % 2 == 0
+        return np.where(moving, sines, levels[number])
 
 
 class Binary(ChannelKind):
@@ -134,6 +207,7 @@ class Binary(ChannelKind):
         duration: range in s of the time at an end.
     """
 
+    jumps: ClassVar[bool] = True
     kind: Literal["binary"]
     duration: PositiveRange
 
@@ -171,6 +245,14 @@ class Rest(ChannelKind):
         edges = _edges(time, self.duration, rng)
         active = np.searchsorted(edges, time, side="right") % 2 == 0
         return np.where(active, rng.uniform(-1, 1, len(time)), 0.0)
+
+
+def _levels(
+    time: FloatArray, duration: tuple[float, float], rng: np.random.Generator
+) -> FloatArray:
+    """Draw uniform random levels from -1 to 1, each for a duration in s, shape (N,)."""
+    edges = _edges(time, duration, rng)
+    return rng.uniform(-1, 1, len(edges) + 1)[np.searchsorted(edges, time, side="right")]
 
 
 def _edges(

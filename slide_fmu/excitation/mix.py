@@ -19,8 +19,10 @@ from slide_fmu.excitation.channels import (
     Binary,
     HeldRandom,
     MovingAverageRandom,
+    Ramps,
     Rest,
     Steps,
+    Stops,
 )
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.point_to_point import PointToPoint
@@ -37,6 +39,8 @@ Excitation = Annotated[
     | Sweep
     | Multisine
     | Steps
+    | Ramps
+    | Stops
     | Binary
     | Rest
     | SpeedRamps

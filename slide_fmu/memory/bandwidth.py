@@ -134,47 +134,63 @@ def proposed_step(
     most = ZOOMS + 1
     progress(0, most)
     if driven:
-        own = _by_itself(make, first, progress)
-        progress(most, most)
-        return ProposedStep(first, None) if own is None else own
+        found = _by_itself(make, first, progress) or ProposedStep(first, None)
+    else:
+        found = _from_bandwidth(make, first, progress, enough)
+    progress(most, most)
+    return found
+
+
+def _from_bandwidth(
+    make: Callable[[float], System], first: float, progress: Progress, enough: float | None
+) -> ProposedStep:
+    """Propose a step from the bandwidth that is seen at some steps; as ``proposed_step``."""
     step, (found, failure) = first, _seen(make(first))
-    beyond = 0
+    beyond, most = 0, ZOOMS + 1
     for tried in range(1, most):
         progress(tried, most)
-        beyond = beyond + 1 if found is not None and found.part > RESOLVED else 0
+        beyond = beyond + 1 if _is_beyond(found) else 0
         if beyond == GROWS:
-            own = None
-            with suppress(SimulationError):  # it may not be simulated with that step
+            with suppress(SimulationError):  # it may not be simulated with the first step
                 own = _by_itself(make, first)
-            if own is not None:
-                progress(most, most)
-                return own
-        # if nothing is visible, only a finer step may show more
-        part = 1.0 if found is None else found.part
-        if WASTED <= part <= RESOLVED:
+                if own is not None:
+                    return own
+        other = _next_step(step, found, enough)
+        if other is None:
             break
-        if enough is not None and (found is None or found.frequency > enough):
-            break
-        other = step / ZOOM if part > RESOLVED else step * ZOOM
         try:
             seen, failure = _seen(make(other))
         except LoadError:  # the system prescribes its own step
             break
-        if part < WASTED and (seen is None or seen.part > RESOLVED):
+        if other > step and (seen is None or _is_beyond(seen)):
             break
         step, found = other, seen
     else:
-        if found is not None and found.part > RESOLVED:
+        if _is_beyond(found):
             found = None  # it scales with the step, as in a simulation that ignores its step
-    progress(most, most)
+    if found is None:
+        if failure is not None:
+            raise failure
+        return ProposedStep(first, None)
+    width, samples = found.frequency, SAMPLES_PER_PERIOD[hold_of(make(step).inputs)]
     failed = None if failure is None else str(failure)
-    if found is not None:
-        width = found.frequency
-        samples = SAMPLES_PER_PERIOD[hold_of(make(step).inputs)]
-        return ProposedStep(tidy_step(1.0 / (samples * width)), width, failed)
-    if failure is not None:
-        raise failure
-    return ProposedStep(first, None)
+    return ProposedStep(tidy_step(1.0 / (samples * width)), width, failed)
+
+
+def _is_beyond(found: Bandwidth | None) -> bool:
+    """Return whether a bandwidth lies beyond what its samples resolve."""
+    return found is not None and found.part > RESOLVED
+
+
+def _next_step(step: float, found: Bandwidth | None, enough: float | None) -> float | None:
+    """Return the step in s to try after one; None where the bandwidth that it shows will do."""
+    # if nothing is visible, only a finer step may show more
+    part = 1.0 if found is None else found.part
+    if WASTED <= part <= RESOLVED:
+        return None
+    if enough is not None and (found is None or found.frequency > enough):
+        return None
+    return step / ZOOM if part > RESOLVED else step * ZOOM
 
 
 def _seen(system: System) -> tuple[Bandwidth | None, SimulationError | None]:
@@ -255,9 +271,7 @@ def own_frequency(system: System, part: float = 1.0) -> float | None:
     pieces = outputs.reshape(PIECES, PIECE, -1)
     ends = pieces[:, -AT_END:].mean(axis=1, keepdims=True)
     left = (pieces - ends)[:, AT_ONCE:-AT_END]
-    size, rate = (
-        np.sqrt(np.mean(part**2, axis=(0, 1))) for part in (left, np.diff(left, axis=1))
-    )
+    size, rate = (np.sqrt(np.mean(part**2, axis=(0, 1))) for part in (left, np.diff(left, axis=1)))
     own = size > LEFT * moved
     if not own.any():
         return None

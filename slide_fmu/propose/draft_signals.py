@@ -222,9 +222,9 @@ def _input(
 
 _ACTS: dict[Hold, str] = {
     "first_order": (
-        "The input moves linearly between samples. If it jumps and then stays over each step in "
-        'your use, as a controller\'s output does, write hold = "zero_order". All inputs need the '
-        "same hold."
+        "The input moves linearly between samples. If it stays over each step in your use and "
+        'jumps at the next one, as a controller\'s output does, write hold = "zero_order". All '
+        "inputs need the same hold."
     ),
     "zero_order": (
         "The input is held over each step. If it is smooth in your use, it is late by half a "

@@ -156,10 +156,14 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
     )
     step = proposed.step
     if proposed.own is not None:
-        origin = f"After its inputs have come to rest, it moves on with up to {proposed.own:.3g} Hz."
+        origin = (
+            f"After its inputs have come to rest, it moves on with up to {proposed.own:.3g} Hz."
+        )
         return step, f"{origin} {_why(step, proposed.own, hold)}", failed
     if seen is not None:
-        origin = f"Up to {seen:.3g} Hz an output answers with {100 * GAIN:g} % of its largest gain."
+        origin = (
+            f"Up to {seen:.3g} Hz an output answers with {100 * GAIN:g} % of its largest gain."
+        )
         return step, f"{origin} {_why(step, seen, hold)}", failed
     return step, f"Assumed: the outputs show no dynamics of their own. {_fitting(step)}", failed
 
@@ -182,8 +186,8 @@ def _fitting(step: float) -> str:
 
     *others, last = [str(usual) for usual in USUAL if fits(usual / 1000.0)]
     return (
-        f"Steps of {', '.join(others)} and {last} ms, which importers often have, divide it or are "
-        "divided by it."
+        f"Steps of {', '.join(others)} and {last} ms, which importers often have, divide it or "
+        "are divided by it."
     )
 
 

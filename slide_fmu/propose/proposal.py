@@ -70,6 +70,7 @@ class Wish:
         further: further models, of a kind that may have several.
         time: column of times, for files that have one.
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
+        jumps: whether inputs that move may jump at any time.
     """
 
     model: str
@@ -85,6 +86,7 @@ class Wish:
     further: tuple[str, ...] = ()
     time: str | None = None
     loops: tuple[str, ...] = ()
+    jumps: bool = False
 
 
 @dataclass(frozen=True)
@@ -234,10 +236,26 @@ def _begin(wish: Wish) -> _Begun:
     if chain.path is None:
         kind = kind_of_inputs(system, in_loops=bool(wish.loops))
     widths = [signal.high - signal.low for signal in system.inputs]
+    turning = bool(cosines_of(system.inputs))
+    if wish.jumps:
+        _require_jumping(kind, turning)
     tables = partial(
-        default_excitation, inputs=kind, widths=widths, turning=bool(cosines_of(system.inputs))
+        default_excitation, inputs=kind, widths=widths, turning=turning, jumps=wish.jumps
     )
     return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
+
+
+def _require_jumping(kind: InputKind, turning: bool) -> None:
+    """Refuse jumps of inputs that do not jump at any time."""
+    reasons: dict[InputKind, str] = {
+        "held": "the inputs are held over each step, and jump at its begin without this option",
+        "rates": "the model follows the rates of its inputs, which a jump has not",
+        "set_points": "the inputs are set points of drives, which do not jump",
+        "angle": "the inputs are cosine and sine of an angle, which does not jump",
+    }
+    reason = reasons.get(kind, reasons["angle"] if turning else None)
+    if reason is not None:
+        raise RecipeError(f"--jumps, but {reason}; expected inputs that move: leave it out")
 
 
 def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
@@ -269,8 +287,9 @@ def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal
         further=further_excitation(step, begun.kind, bool(cosines_of(begun.system.inputs))),
         kind_of_inputs=begun.kind,
         chain=None if chain is None else _from_folder(str(chain), wish.folder),
-        substeps=_substeps(begun, step, fmu_step),
+        substeps=_substeps(begun, step, fmu_step, wish.jumps),
         fmu_step=fmu_step,
+        jumps=wish.jumps if begun.kind == "moving" else None,
     )
 
 
@@ -304,9 +323,12 @@ def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, st
     return step, seen.origin, own if named else None
 
 
-def _substeps(begun: _Begun, step: float, fmu_step: float | None) -> int:
-    """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not."""
-    if begun.kind not in MOVING or begun.own:
+def _substeps(begun: _Begun, step: float, fmu_step: float | None, jumps: bool) -> int:
+    """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not.
+
+    A class may bend inputs in a way of its own; it gets parts only if inputs jump.
+    """
+    if begun.kind not in MOVING or (begun.own and not jumps):
         return 1
     if fmu_step is not None:
         return _parts(round(step / fmu_step))

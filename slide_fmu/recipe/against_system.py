@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import cast
 
 from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.signals import moves
 from slide_fmu.excitation.clipping import clipped
 from slide_fmu.excitation.mix import Excitation
 from slide_fmu.features.sets import feature_set
@@ -17,7 +18,7 @@ from slide_fmu.recipe.loop_partner import own_partner
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.systems.base import Source, Stepping, System, chain_of
+from slide_fmu.systems.base import Bending, Source, Stepping, System, chain_of
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import imported
 
@@ -49,6 +50,33 @@ def require_driving(
         except ValueError as error:
             place = f"recipe {recipe.name!r}: {ordinal(index + 1)} [[{table}.excitation]]"
             raise RecipeError(f"{place}: {error}") from error
+
+
+def require_jumps(recipe: Recipe, system: Source) -> None:
+    """Refuse inputs that jump between samples for a system that cannot take them there.
+
+    Raises:
+        RecipeError: the message has the reason.
+    """
+    if not (recipe.data.jumps and isinstance(system, System) and moves(system.inputs)):
+        return
+    place = f"recipe {recipe.name!r}: data.jumps = true"
+    if system.follows_rates:
+        raise RecipeError(
+            f"{place}, but the model follows the rates of its inputs, which a jump has not; "
+            "expected false: remove it"
+        )
+    turning = [signal.name for signal in system.inputs if signal.angle is not None]
+    if turning:
+        raise RecipeError(
+            f"{place} with inputs {turning}, which are cosine and sine of an angle; expected "
+            "false, since an angle does not jump: remove it"
+        )
+    if not isinstance(system, Bending) and recipe.data.substeps == 1:
+        raise RecipeError(
+            f"{place} with data.substeps = 1; expected 2 or more, since this model takes a jump "
+            "at the beginning of a part of a step: set data.substeps = 4"
+        )
 
 
 def require_loops(recipe: Recipe, system: Source) -> None:

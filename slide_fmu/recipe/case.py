@@ -11,7 +11,12 @@ from typing import TypeVar
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import moves
-from slide_fmu.recipe.against_system import require_driving, require_loops, require_same_signals
+from slide_fmu.recipe.against_system import (
+    require_driving,
+    require_jumps,
+    require_loops,
+    require_same_signals,
+)
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.places import Place, RecipeFile
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -100,6 +105,7 @@ class Systems:
         if bends and not isinstance(source, Bending):
             assert isinstance(source, System)
             source.finer = Finer(parts, partial(_with_parts, made, recipe.window.step, parts))
+        require_jumps(recipe, source)
         require_driving(recipe, "data", recipe.data.excitation, source)
         require_loops(recipe, source)
         return source

@@ -2,7 +2,8 @@
 
 Networks are accurate on inputs like those of their training. So the mix holds usual inputs of
 machines: noise, sums of many and of few sines, single sines and sweeps in the band of the sample
-step, steps and rests, each from small to large. Most smooth inputs are like sums of slow and fast
+step, steps and rests, each from small to large. Moving inputs go to a new level within one step
+(``ramps``), unless they jump. Most smooth inputs are like sums of slow and fast
 sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
 point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
 Both also move as drives are driven: at their limits, in jogs and long moves, with stops.
@@ -37,6 +38,8 @@ BOX_WEIGHT = 0.2
 between them."""
 ALONE_WEIGHT = 0.2
 """Weight, of 1 in all, of motions in which one of several inputs moves alone."""
+JUMP_WEIGHT = 0.25
+"""Weight that kinds of moving inputs which jump add to the weight, 1 in all, of the others."""
 STANDING_START = 12
 """Number of samples in which it reaches that speed at its limit of acceleration."""
 
@@ -53,12 +56,14 @@ def default_excitation(
     inputs: InputKind = "held",
     widths: Sequence[float] = (),
     turning: bool = False,
+    jumps: bool = False,
 ) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     The widths of the ranges, in the units of the inputs, limit the speeds of set points; unknown
     widths give slower moves. Where several widths are known, some motions are of one input alone.
-    Where some inputs are cosine and sine of an angle (``turning``), they have no box.
+    Where some inputs are cosine and sine of an angle (``turning``), they have no box. Moving
+    inputs that jump (``jumps``) do so in steps, from end to end, and where motions stop.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
@@ -67,7 +72,7 @@ def default_excitation(
     if inputs == "rates":
         found = _smooth(step)
     elif inputs == "held" or inputs == "moving":
-        found = _mixed(step, inputs == "moving")
+        found = _mixed(step, inputs == "moving", jumps)
     else:
         assert_never(inputs)
     *others, box = found
@@ -102,11 +107,12 @@ def further_excitation(step: float, inputs: InputKind, turning: bool = False) ->
     ]  # fmt: skip
 
 
-def _mixed(step: float, moving: bool) -> list[KindTable]:
+def _mixed(step: float, moving: bool, jumps: bool) -> list[KindTable]:
     """Return the mix of noise, waves and steps.
 
-    Inputs with a first-order hold are motions (``moving``), which hardly ever jump: their jumps
-    are smaller and rarer than those of forces. Held inputs may be switched: they step through
+    Inputs with a first-order hold are motions (``moving``), which hardly ever change at once: they
+    do so by less and more rarely than forces, within a step. If they jump (``jumps``), they do it
+    as often as forces, and in the midst of motions. Held inputs may be switched: they step through
     their range, and from end to end of it, and stay there for long. All inputs together are held
     at corners of the box of their ranges and inside of it. Frequencies are angular frequencies in
     rad/s, durations in s, amplitudes parts of the range.
@@ -115,14 +121,20 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
     low = _tidy(top / 10**DECADES)
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
-    largest, samples = (0.3, [4, 20]) if moving else (1.0, [1, 20])
-    sines, steps = (0.15, 0.05) if moving else (0.1, 0.1)
+    largest = 0.3 if moving and not jumps else 1.0
+    samples = [4, 20] if moving else [1, 20]
+    sines = 0.15 if moving else 0.1
+    steps = 0.05 if moving and not jumps else 0.1
     slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
     end = _tidy(top / RESONANT[1])
-    longest = long if moving else _tidy(4 * long)
+    longest = long if moving and not jumps else _tidy(4 * long)
     ends: KindTable = {
         "kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]
     }  # fmt: skip
+    stops: list[KindTable] = [
+        {"kind": "stops", "weight": 0.1, "amplitude": [0.1, 1.0],
+         "angular_frequency": [low, middle], "duration": [short, longest]}
+    ]  # fmt: skip
     others: list[KindTable] = [
         {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
@@ -139,9 +151,10 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
          "angular_frequency": [low, top]},
         {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
          "angular_frequency": [low, top]},
-        {"kind": "steps", "weight": steps, "amplitude": [0.05, largest],
-         "duration": [short, longest]},
-        *([] if moving else [ends]),
+        {"kind": "ramps" if moving and not jumps else "steps", "weight": steps,
+         "amplitude": [0.05, largest], "duration": [short, longest]},
+        *([] if moving and not jumps else [ends]),
+        *(stops if moving and jumps else []),
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
     box: KindTable = {
@@ -151,6 +164,8 @@ def _mixed(step: float, moving: bool) -> list[KindTable]:
         "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)],
     }
     rest = 1.0 - BOX_WEIGHT
+    if moving and jumps:  # more kinds share the same weight
+        rest /= 1.0 + JUMP_WEIGHT
     return [*(_lighter(table, rest) for table in others), box]
 
 

@@ -6,7 +6,8 @@ import math
 from importlib import import_module
 from typing import Any, Final, cast
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal, moves
+from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
@@ -43,7 +44,8 @@ class ModelRules(KindRules):
         inputs = _declared_inputs(tables.get("system"))
         turning = any(table.get("angle") is not None for table in inputs)
         kind = _inputs_of(tables.get("system"), inputs)
-        mix = default_excitation(float(step), kind, turning=turning)
+        jumps = data.get("jumps") is True
+        mix = default_excitation(float(step), kind, turning=turning, jumps=jumps)
         return {**tables, "data": {**data, "excitation": mix}}
 
     def require_fitting_tables(self, recipe: Recipe) -> None:
@@ -88,8 +90,16 @@ class ModelRules(KindRules):
         self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool
     ) -> dict[str, str]:
         kinds = recipe.validation.excitation if held_out else recipe.mix()
+        at_once = ""
+        if moves(signals):
+            at_once = (
+                "; it jumps at any time"
+                if recipe.data.jumps
+                else f"; it goes straight to the next value within {step:g} s"
+            )
         return {
             name: kind.described(signals, step)
+            + (at_once if isinstance(kind, Kind) and kind.jumps else "")
             for name, kind in zip(names_of(kinds), kinds, strict=True)
         }
 

@@ -63,6 +63,11 @@ class DataRecipe(Table):
         substeps: parts of a sample step at which the model gets moving inputs, where a kind of
             excitation bends between samples, as sines do. With 1 inputs go straight from sample to
             sample, and the network does not learn the effect of bending.
+        jumps: whether moving inputs may jump between samples, at any time. Kinds of excitation
+            that change at once (``steps``, ``held_random``, ``binary``, ``stops``) then jump, in
+            the training as in the validation; without it, they go straight to their next value
+            within one step, and the bound knows nothing of inputs that jump. Held inputs jump at
+            samples always. Motions in a ``[[loop]]`` do not jump.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
         train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
@@ -93,6 +98,7 @@ class DataRecipe(Table):
     duration: PositiveFloat
     burn_in: float = Field(ge=0, allow_inf_nan=False)
     substeps: int = Field(1, ge=1, le=MOST_SUBSTEPS)
+    jumps: bool = False
     train: PositiveInt
     validation: PositiveInt
     estimator: int = Field(0, ge=0)

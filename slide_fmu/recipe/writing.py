@@ -86,6 +86,7 @@ class ModelDraft(Draft):
         substeps: parts of a sample step in which moving inputs bend.
         fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
         loops: loops in which motions are drawn.
+        jumps: whether inputs that move may jump; None where they cannot.
     """
 
     found: Declared
@@ -97,6 +98,7 @@ class ModelDraft(Draft):
     substeps: int = 1
     fmu_step: float | None = None
     loops: tuple[DraftLoop, ...] = ()
+    jumps: bool | None = None
 
 
 def recipe_text(draft: ModelDraft) -> str:
@@ -124,7 +126,7 @@ def recipe_text(draft: ModelDraft) -> str:
         ),
         "remaining_amplitude = 0.001",
         "",
-        *_substep_lines(draft.substeps),
+        *_data_lines(draft.substeps, draft.jumps),
         *_excitation_lines(draft),
         *(line for loop in draft.loops for line in _loop_lines(loop)),
         *_bound_lines(draft.step),
@@ -294,17 +296,24 @@ def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
     return [*lines, ""]
 
 
-def _substep_lines(substeps: int) -> list[str]:
-    if substeps == 1:
-        return []
-    return [
-        "[data]",
-        *comment_lines(
+def _data_lines(substeps: int, jumps: bool | None) -> list[str]:
+    """Return the table of the data: what inputs do between samples."""
+    lines = []
+    if substeps > 1:
+        lines += comment_lines(
             "Sines bend between samples: the model gets them in this many parts of a step."
-        ),
-        f"substeps = {substeps}",
-        "",
-    ]
+        )
+        lines.append(f"substeps = {substeps}")
+    if jumps is not None:
+        lines += comment_lines(
+            "Do your inputs jump, as with a switch, a valve or an emergency stop? With jumps = "
+            "true they do so at any time within a step: the kinds steps, held_random, binary and "
+            "stops. Without it they go straight to the next value within one step, and the error "
+            "bound knows nothing of jumps. Made by init with --jumps, a recipe also draws larger "
+            "and more of them."
+        )
+        lines.append("jumps = true" if jumps else "# jumps = true")
+    return ["[data]", *lines, ""] if lines else []
 
 
 def _excitation_lines(draft: ModelDraft) -> list[str]:

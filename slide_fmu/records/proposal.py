@@ -56,12 +56,13 @@ def propose_wish(wish: Wish) -> Proposal | None:
         "fmu-step": wish.fmu_step,
         "chain": wish.chain,
         "loop": " ".join(wish.loops) or None,
+        "jumps": "" if wish.jumps else None,
     }
     for name, value in given.items():
         if value is not None:
             raise ValueError(
-                f"--{name} {value} for records; expected none: a record has its inputs as they "
-                "were measured"
+                f"{f'--{name} {value}'.strip()} for records; expected none: a record has its "
+                "inputs as they were measured"
             )
     return propose_record(
         RecordWish(models, wish.inputs, wish.outputs, wish.step, wish.time, wish.name, wish.folder)

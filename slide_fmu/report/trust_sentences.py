@@ -145,8 +145,12 @@ def bound_sentences(
         found.append(
             "Error bounds were calibrated with inputs known to the step's end. Where the FMU "
             "forecasts them, it measures what that changed in the outputs of the last steps, and "
-            "adds it to the bound, whatever the communication step is. Where an input jumps that "
-            "moved in the training, in_domain is false until the jump has left the memory."
+            "adds it to the bound, whatever the communication step is. "
+            + (
+                "Inputs that jump at any time within a step were calibrated, too."
+                if recipe.data.jumps
+                else "Where an input jumps, in_domain is false until the jump has left the memory."
+            )
         )
     bound = None if measured is None else measured.error_bound
     covered = None if bound is None else covered_sentence(bound)

@@ -156,8 +156,10 @@ def _smooth_or_known(found: PlainCallFigures | None, planned: bool, bounded: boo
     if known is not None:
         text = f"With inputs known to the step's end: {_up_to(known, found.outputs)}."
         jumps = " An input that jumps acts like a ramp over one step, half of one late or early. "
-        jumps += "The bound does not include that: use" if bounded else "Use"
-        return text if planned else f'{text}{jumps} hold = "zero_order" for inputs that jump.'
+        jumps += "The bound includes that with" if bounded else "Networks learn that with"
+        return (
+            text if planned else f"{text}{jumps} data.jumps = true in the recipe (init --jumps)."
+        )
     return None
 
 

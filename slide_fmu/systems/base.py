@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -193,7 +193,15 @@ class Stepping(System):
         return go_on(self, inputs)
 
 
-class Restorable(Stepping):
+class Jumping(Stepping):
+    """A Jumping system offers inputs that jump at a sample, where they move otherwise."""
+
+    @abc.abstractmethod
+    def jump(self, inputs: FloatArray) -> None:
+        """Let the inputs jump to values, (n_inputs,), from which the next ``advance`` begins."""
+
+
+class Restorable(Jumping):
     """A Restorable system offers to save its states, and to go on from any of them."""
 
     @abc.abstractmethod
@@ -218,9 +226,12 @@ class Restorable(Stepping):
     def begin(self, held_input: FloatArray) -> None:
         self.set_state(self.rest_state(held_input))
 
+    def jump(self, inputs: FloatArray) -> None:
+        self.set_state(replace(self.get_state(), last_input=inputs.copy()))
+
 
 class Bending(Restorable):
-    """A Bending system offers to follow inputs that bend between samples, at no further cost."""
+    """A Bending system offers to follow inputs that bend or jump between samples, at no cost."""
 
     @abc.abstractmethod
     def advance_bending(self, points: FloatArray) -> FloatArray:
@@ -228,6 +239,19 @@ class Bending(Restorable):
 
         Args:
             points: inputs at the ends of equal parts of the step, shape (parts, n_inputs).
+
+        Raises:
+            SimulationError, ValueError: as in ``advance``.
+        """
+
+    @abc.abstractmethod
+    def advance_jumping(self, inputs: FloatArray, at: FloatArray) -> FloatArray:
+        """Go on by one sample step within which inputs jump; give the new outputs.
+
+        Args:
+            inputs: the inputs at the end of the step, shape (n_inputs,).
+            at: part of the step after which each input jumps there, from 0 to 1; NaN for one that
+                moves linearly. Shape (n_inputs,).
 
         Raises:
             SimulationError, ValueError: as in ``advance``.
@@ -276,18 +300,18 @@ def chain_of(system: Source) -> SerialChain | None:
 
 
 def go_on(
-    system: Stepping, inputs: FloatArray, reached: Callable[[], object] | None = None
+    system: Stepping,
+    inputs: FloatArray,
+    reached: Callable[[], object] | None = None,
+    advance: Callable[[FloatArray], FloatArray] | None = None,
 ) -> FloatArray:
     """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
 
     The outputs at the current state come first. ``reached`` is called at this and at every further
-    state. A system that follows inputs which bend may get them as (N, parts, n_inputs). The system
-    raises what ``advance`` raises.
+    state. ``advance`` takes the place of the system's own, for inputs of another shape (N, ...).
+    The system raises what ``advance`` raises.
     """
-    advance: Callable[[FloatArray], FloatArray] = system.advance
-    if inputs.ndim == 3:
-        assert isinstance(system, Bending)
-        advance = system.advance_bending
+    advance = advance or system.advance
     outputs = np.empty((len(inputs) + 1, len(system.outputs)))
     outputs[0] = _row(system, "output", system.output)
     for k, row in enumerate(inputs):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -10,6 +11,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Trajectory, outside_of_range
 from slide_fmu.systems.base import (
     Bending,
+    Jumping,
     Restorable,
     State,
     Stepping,
@@ -85,7 +87,84 @@ def simulate_between(
     with _range_named(system, inputs):
         system.set_state(system.rest_state(between[0]) if initial is None else initial)
         points = read_only(between).reshape(len(inputs), parts, -1)
-        return _checked(system, inputs, go_on(system, points))
+        found = go_on(system, points, advance=system.advance_bending)
+        return _checked(system, inputs, found)
+
+
+def simulate_jumping(
+    system: System, inputs: FloatArray, jumps: FloatArray, initial: State | None = None
+) -> FloatArray:
+    """Simulate a system under inputs that jump between samples.
+
+    One that does not follow them itself goes on by finer steps: its inputs jump at the beginning
+    of the nearest one. One that simulates whole motions gets a straight line over that step.
+
+    Args:
+        inputs: inputs at the ends of the sample steps, (N, n_inputs).
+        jumps: part of each sample step after which each input jumps to its value at the step's
+            end, from 0 to 1; NaN where it moves linearly. Shape (N, n_inputs).
+        initial: the state at sample 0; its own start under the first input if None.
+
+    Returns:
+        The outputs at the samples, shape (N + 1, n_outputs).
+
+    Raises:
+        LoadError: the system cannot be made with a finer step.
+        SimulationError, ValueError: as in ``simulate``.
+    """
+    _check_inputs(system, inputs)
+    if isinstance(system, Bending):
+        with _range_named(system, inputs):
+            system.set_state(system.rest_state(inputs[0]) if initial is None else initial)
+            pairs = read_only(np.stack([inputs, jumps], axis=1))
+            found = go_on(system, pairs, advance=lambda pair: system.advance_jumping(*pair))
+            return _checked(system, inputs, found)
+    if system.finer is None:
+        raise ValueError(
+            "inputs that jump within a sample step for a system that is not made for them; "
+            "expected that of the recipe by which they were drawn"
+        )
+    finer, parts = system.finer.system, system.finer.parts
+    between, jumped = _in_parts(inputs, jumps, parts)
+    if not isinstance(finer, Jumping):
+        return simulate(finer, between, initial).outputs[::parts]
+    with _range_named(finer, between):
+        if initial is None:
+            finer.begin(inputs[0])
+        else:
+            assert isinstance(finer, Restorable)
+            finer.set_state(initial)
+        places = itertools.count()
+
+        def reached() -> None:
+            row = jumped.get(next(places))
+            if row is not None:
+                finer.jump(row)
+
+        found = go_on(finer, read_only(between), reached)
+        return _checked(finer, between, found)[::parts]
+
+
+def _in_parts(
+    inputs: FloatArray, jumps: FloatArray, parts: int
+) -> tuple[FloatArray, dict[int, FloatArray]]:
+    """Return inputs at the ends of the parts of all sample steps, (parts * N, n_inputs).
+
+    With them come the inputs just after each jump, (n_inputs,), by the number of the part that
+    begins there.
+    """
+    last = np.concatenate([inputs[:1], inputs[:-1]])
+    part = np.minimum(np.rint(jumps * parts), parts - 1)[:, None]  # NaN stays
+    number = np.arange(parts, dtype=np.float64)[None, :, None]
+    straight = last[:, None] + (number + 1.0) / parts * (inputs - last)[:, None]
+    straight[:, -1] = inputs  # without rounding
+    stairs = np.where(number >= part, inputs[:, None], last[:, None])
+    ends = np.where(np.isnan(part), straight, stairs)
+    between = ends.reshape(-1, inputs.shape[1])
+    begins = np.concatenate([inputs[:1], between[:-1]])
+    at = np.equal(number, part).reshape(between.shape)
+    after = np.where(at, between, begins)
+    return between, {int(k): after[k] for k in np.flatnonzero(at.any(axis=1))}
 
 
 @contextmanager

@@ -210,7 +210,7 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
         if not recipe.system.reference:
             return found
         own = draw(recipe, case.system, stream, index, drawn.attempt)
-        own = replace(own, inputs=drawn.inputs, between=drawn.between)  # a loop's differ
+        own = replace(own, inputs=drawn.inputs, between=drawn.between, jumps=drawn.jumps)
         outputs = drawn_outputs(case.system, own)
         return replace(found, model=outputs[len(outputs) - len(found.reference) :])
 
@@ -220,13 +220,13 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
 def _true_outputs(system: System, drawn: Draw) -> tuple[FloatArray, FloatArray]:
     """Return true outputs, (N + 1, n_outputs), and the wall time in s of every step, (N,).
 
-    No times are returned where inputs bend: the system then goes by finer steps than it needs for
-    other inputs.
+    No times are returned where inputs bend or jump: the system then goes by finer steps than it
+    needs for other inputs.
     """
     begin = time.perf_counter()
     outputs = drawn_outputs(system, drawn)
     seconds = (time.perf_counter() - begin) / len(drawn.inputs)
-    return outputs, np.full(len(drawn.inputs) if drawn.between is None else 0, seconds)
+    return outputs, np.full(len(drawn.inputs) if drawn.straight else 0, seconds)
 
 
 def compare(

@@ -131,7 +131,7 @@ class Driven(System):
         spring = np.polymul(np.polymul([1.0, 2 * self.DAMPING * w, w * w], drive), drive)
         matrices = cont2discrete(([-1.0, 0.0, 0.0], spring), self.step, "foh")
         values = np.concatenate([inputs[:1], inputs])
-        _, found = dlsim(matrices[:2] + (self.step,), values - values[0])
+        _, found = dlsim((*matrices[:2], self.step), values - values[0])
         return np.asarray(found)
 
 

@@ -37,7 +37,8 @@ def test_verdict_begins_with_the_worst_error_of_the_plain_call() -> None:
     )
     assert lines[1] == (
         "With inputs known to the step's end: up to 0.4 %. An input that jumps acts like a ramp "
-        'over one step, half of one late or early. Use hold = "zero_order" for inputs that jump.'
+        "over one step, half of one late or early. Networks learn that with data.jumps = true in "
+        "the recipe (init --jumps)."
     )
     planned = verdict(run_figures(**measured), replace(SUBJECT, planned=True))
     assert planned[1] == "With inputs known to the step's end: up to 0.4 %."
@@ -93,7 +94,7 @@ def test_bound_says_what_it_covers_where_users_drive() -> None:
         "100 % at the corners. On average it is 0.5 times as large as the constant that covers "
         "95 % of the errors."
     )
-    jumps = "The bound does not include that: use hold"
+    jumps = "The bound includes that with data.jumps = true"
     assert any(jumps in line for line in verdict(run_figures(**measured), SUBJECT))
 
 

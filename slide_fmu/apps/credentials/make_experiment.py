@@ -112,7 +112,8 @@ def _as_written(signals: Sequence[Signal], inputs: FloatArray) -> FloatArray:
 def _beginning(system: System, drawn: Draw, count: int) -> Draw:
     """Return the first ``count`` samples of a draw, with inputs rounded to a file's digits.
 
-    Inputs that are curved between samples are so here too, but a file has no values in between.
+    Inputs that are curved or jump between samples do so here too, but a file has no values in
+    between.
     """
     inputs = rounded(drawn.inputs[:count])
     inputs = within_ranges(system.inputs, inputs)  # an end may have more digits than a file
@@ -121,4 +122,5 @@ def _beginning(system: System, drawn: Draw, count: int) -> Draw:
         parts = len(between) // len(drawn.inputs)
         between = between[: parts * len(inputs)].copy()
         between[parts - 1 :: parts] = inputs
-    return replace(drawn, inputs=inputs, between=between)
+    jumps = None if drawn.jumps is None else drawn.jumps[:count]
+    return replace(drawn, inputs=inputs, between=between, jumps=jumps)

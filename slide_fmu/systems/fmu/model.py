@@ -13,10 +13,10 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, hold_of
 from slide_fmu.systems.base import (
+    Jumping,
     Linearizable,
     State,
     StateMatrix,
-    Stepping,
     System,
     finite_vector,
 )
@@ -130,7 +130,7 @@ def _solver_of(plan: Plan) -> tuple[str, dict[str, float]]:
     return "the FMU's own solver", found
 
 
-class FmuSystem(Stepping):
+class FmuSystem(Jumping):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
     Interface: never instantiated.
@@ -164,6 +164,9 @@ class FmuSystem(Stepping):
 
     def advance(self, inputs: FloatArray) -> FloatArray:
         return self._runs.advance(finite_vector("inputs", inputs, len(self.inputs)))
+
+    def jump(self, inputs: FloatArray) -> None:
+        self._runs.jump(finite_vector("inputs", inputs, len(self.inputs)))
 
 
 class SteppedFmu(FmuSystem):

@@ -33,7 +33,7 @@ class Runs:
         self._make = make
         self._steps: FmuSteps | None = None
         self._resets: bool | None = None  # whether a reset instance is as a fresh one
-        self._seen: list[tuple[FloatArray, FloatArray]] = []  # of the first run
+        self._seen: list[tuple[FloatArray, FloatArray, FloatArray]] = []  # of the first run
         self._last, self._number = np.empty(0), 0
 
     @property
@@ -67,7 +67,7 @@ class Runs:
         self._steps = self._make()
         self._guarded(0.0, held, lambda: self._initialize(held))
         if self._resets is None:
-            self._seen = [(held, self._read(0.0, held))]
+            self._seen = [(held, held, self._read(0.0, held))]
 
     def output(self) -> FloatArray:
         """Give the outputs at the current sample in their units, shape (n_outputs,).
@@ -90,8 +90,12 @@ class Runs:
         self._number, self._last = number + 1, inputs
         outputs = self._read(begin + steps.plan.step, inputs)
         if self._resets is None and 0 < len(self._seen) <= COMPARED[0]:
-            self._seen.append((inputs, outputs))
+            self._seen.append((before, inputs, outputs))
         return outputs
+
+    def jump(self, inputs: FloatArray) -> None:
+        """Let the inputs jump to values, (n_inputs,), from which the next step begins."""
+        self._last = inputs
 
     def forget(self) -> None:
         """Hear that the run does not go on from the FMU's own start: it is no measure."""
@@ -122,8 +126,11 @@ class Runs:
         self._resets = True
         with suppress(SimulationError):
             if self._reset(seen[0][0]):
-                again = [self.output(), *(self.advance(row) for row, _ in seen[1:])]
-                return all(np.array_equal(a, b) for a, (_, b) in zip(again, seen, strict=True))
+                again = [self.output()]
+                for before, row, _ in seen[1:]:
+                    self._last = before
+                    again.append(self.advance(row))
+                return all(np.array_equal(a, b) for a, (*_, b) in zip(again, seen, strict=True))
         return False
 
     def _read(self, time: float, inputs: FloatArray) -> FloatArray:

@@ -55,6 +55,7 @@ class SolverSteps(FmuSteps):
         super().__init__(plan)
         self._solver: Any = None
         self._time, self._next_event = 0.0, math.inf
+        self._reached = np.zeros(len(plan.inputs))
         self._move(0.0, np.zeros(len(plan.inputs)))
 
     def begin(self, held: FloatArray) -> None:
@@ -66,7 +67,11 @@ class SolverSteps(FmuSteps):
     def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
         begin, end = number * self.plan.step, (number + 1) * self.plan.step
         if self.plan.ramped:
+            jumped = number > 0 and not np.array_equal(before, self._reached)
             self._move(begin, before, (now - before) / self.plan.step)
+            if jumped:
+                self._handle_event(begin)
+            self._reached = now
         else:
             self._move(begin, now)
             self._handle_event(begin)

@@ -68,8 +68,39 @@ class ModelEquations:
 
         return self.after_course(state, course)
 
-    def after_course(self, state: FloatArray, course: Course) -> FloatArray:
-        """Give the state (n,) one sample step later, under inputs that follow a course.
+    def after_jumps(
+        self, state: FloatArray, last: FloatArray, reached: FloatArray, at: FloatArray
+    ) -> FloatArray:
+        """Give the state (n,) one sample step later, under inputs of which some jump.
+
+        The solver begins anew at every jump. Arguments are those of ``after_step``, and the part
+        of the step after which each input jumps, NaN where it moves evenly, shape (n_inputs,).
+
+        Raises:
+            SimulationError: as of ``after_step``.
+        """
+        jumps = ~np.isnan(at)
+        rate = read_only(np.where(jumps, 0.0, (reached - last) / self.step))
+        low, high = np.minimum(last, reached), np.maximum(last, reached)
+        times = sorted({0.0, self.step, *(self.step * at[jumps]).tolist()})
+        for begin, end in itertools.pairwise(times):
+            first = np.where(self.step * at <= begin, reached, last)  # NaN is not
+
+            def course(
+                time: float, begin: float = begin, first: FloatArray = first
+            ) -> tuple[FloatArray, FloatArray]:
+                u = first + (begin + time) * rate
+                return np.minimum(np.maximum(u, low), high), rate
+
+            state = self.after_course(state, course, end - begin)
+        return state
+
+    def after_course(
+        self, state: FloatArray, course: Course, duration: float | None = None
+    ) -> FloatArray:
+        """Give the state (n,) after a duration in s, under inputs that follow a course.
+
+        The duration is one sample step if None.
 
         Raises:
             SimulationError: as of ``after_step``.
@@ -94,7 +125,7 @@ class ModelEquations:
             return f"{time:.6g} s after the sample with x = {x.tolist()}, u = {u.tolist()}"
 
         try:
-            return self.solver.integrate(rates, state, self.step)
+            return self.solver.integrate(rates, state, self.step if duration is None else duration)
         except FunctionError:
             raise
         except SimulationError as error:

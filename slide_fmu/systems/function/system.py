@@ -193,6 +193,17 @@ class FunctionSystem(Linearizable, Bending):
 
         return self._advance(after, points[-1], bend(self.step)[1])
 
+    def advance_jumping(self, inputs: FloatArray, at: FloatArray) -> FloatArray:
+        if np.isnan(at).all():
+            return self.advance(inputs)
+        inputs, last = self._finite(inputs), self._u
+        rate = np.where(np.isnan(at), (inputs - last) / self.step, 0.0)
+
+        def after() -> FloatArray:
+            return self._equations.after_jumps(self._x, last, inputs, at)
+
+        return self._advance(after, inputs, rate)
+
     def _finite(self, inputs: FloatArray) -> FloatArray:
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)

@@ -170,11 +170,11 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
 
 def _why(step: float, frequency: float, hold: Hold) -> str:
     """Say what a step in s takes of a period of a frequency in Hz, and what it loses of inputs."""
-    said = f"A step of {step:g} s takes {1.0 / (frequency * step):.2g} samples in such a period"
+    text = f"A step of {step:g} s takes {1.0 / (frequency * step):.2g} samples in such a period"
     if hold == "first_order":
         lost = percent(lost_by_lines(frequency, step))
-        said += f", between which straight lines lose {lost} of an input's amplitude"
-    return f"{said}. {_fitting(step)}"
+        text += f", between which straight lines lose {lost} of an input's amplitude"
+    return f"{text}. {_fitting(step)}"
 
 
 def _fitting(step: float) -> str:

@@ -63,6 +63,16 @@ OF_ONE_INPUT: dict[str, tuple[dict[str, Any], str]] = {
         {"duration": [0.3, 0.5]},
         "force steps between random levels of up to 2 N, each for 0.3 to 0.5 s",
     ),
+    "ramps": (
+        {"duration": [0.3, 0.5]},
+        "force goes to random levels of up to 2 N, each within 0.01 s, and stays there for 0.3 to "
+        "0.5 s",
+    ),
+    "stops": (
+        {"duration": [0.3, 0.5], "angular_frequency": [1.0, 3.0]},
+        "force moves by up to 2 N in sums of sines of 1 to 3 rad/s for 0.3 to 0.5 s, stops at "
+        "once for 0.3 to 0.5 s, and so on",
+    ),
     "binary": (
         {"duration": [0.3, 0.5]},
         "force switches between plus and minus 2 N, each for 0.3 to 0.5 s",

@@ -73,6 +73,23 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert "# The range was given." in found.text
 
 
+@pytest.mark.parametrize("jumps", [False, True])
+def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, jumps=jumps)
+    found = propose(wish, silent)
+    recipe = parse_open_recipe(found.text, "proposal").guess
+    assert recipe.data.jumps is jumps
+    assert ("\n# jumps = true\n" in found.text) is not jumps
+    assert ("stops" in {kind.kind for kind in recipe.data.excitation}) is jumps
+
+
+@pytest.mark.extended
+def test_jumps_of_inputs_that_are_held_are_refused(lag: Path) -> None:
+    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, step=0.1, hold="zero_order", jumps=True)
+    with refused(RecipeError, "--jumps", "held over each step", "leave it out"):
+        propose(wish, silent)
+
+
 @pytest.mark.extended
 def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
     wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
@@ -81,7 +98,7 @@ def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
 
 @pytest.mark.extended
 @pytest.mark.parametrize(
-    ("step", "found", "substeps"), [(None, 0.005, 5), (0.02, 0.02, 4), (0.007, 0.007, 7)]
+    ("step", "found", "substeps"), [(None, 0.002, 2), (0.02, 0.02, 4), (0.007, 0.007, 7)]
 )
 def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     tmp_path: Path,

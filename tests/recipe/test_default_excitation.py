@@ -154,6 +154,21 @@ def test_recipe_with_an_angle_and_another_input_can_be_driven() -> None:
     assert "box" not in {kind.kind for kind in whole_recipe(values).data.excitation}
 
 
+def test_moving_inputs_jump_only_where_they_are_said_to() -> None:
+    """Without jumps, a new level is reached within one step, and is not called a step."""
+    without = {str(table["kind"]) for table in default_excitation(0.01, "moving")}
+    tables = default_excitation(0.01, "moving", jumps=True)
+    jumping = {str(table["kind"]) for table in tables}
+    assert without >= {"ramps"}
+    assert not without & {"steps", "binary", "stops"}
+    assert jumping >= {"steps", "binary", "stops"}
+    assert "ramps" not in jumping
+    assert sum(float(str(table["weight"])) for table in tables) == pytest.approx(1.0, abs=0.01)
+    for inputs in ("held", "rates"):
+        kind: InputKind = inputs  # type: ignore[assignment]
+        assert default_excitation(0.01, kind, jumps=True) == default_excitation(0.01, kind)
+
+
 def between_points(tables: list[KindTable]) -> list[Multisine]:
     """The kinds that are straight between communication points."""
     return [TypeAdapter(Multisine).validate_python(t) for t in tables if "points" in t]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-
 from slide_fmu.bounds.plain_call import plain_predictions, used_predictions
+
 from slide_fmu.data.stored_split import Split
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import Moving, forecasting

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from slide_fmu.core.measures import percent
-from slide_fmu.core.web.charts import Bar
-from slide_fmu.recipe.kind_rules import Words
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
@@ -14,17 +11,16 @@ from slide_fmu.report.frequency_charts import error_maps, frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
-from slide_fmu.report.limits import meaning_of
+from slide_fmu.report.row_sections import all_rows, main_sections
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
-from slide_fmu.report.trust_charts import ratio_chart
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
-from slide_fmu.report.validity import is_ruled, judgement_table, judgements, rule
 from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigures
+from slide_fmu.validation.error_figures import ResponseFigures
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import Row
 
 CLOSE_UP = "Each output around its largest error, with {bound}the inputs that led there."
 
@@ -40,7 +36,9 @@ MODEL_TEXT = (
 )
 
 
-def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSection]:
+def validation_sections(
+    validations: Mapping[str, Validation], rows: Sequence[Row] = ()
+) -> list[ReportSection]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
     rules = rules_of(main.recipe)
@@ -48,12 +46,12 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
+        *main_sections(rows, main.surrogate.hold, error_maps(main)),
         ReportSection(
             "Around the largest error",
             CLOSE_UP.format(bound="" if main.surrogate.bound is None else "its bound and "),
             charts=close_ups(main),
         ),
-        _validity_section(main, figures),
         *frequency_sections(main),
         *([] if worst is None else [worst]),
     ]
@@ -66,7 +64,6 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
             accuracy_table(figures),
             charts=trajectory_charts(main),
         ),
-        _kinds_section(in_range, rules.words),
         *([ReportSection("Phase plot", PHASE, charts=phases)] if phases else []),
     ]
     if in_range.parameters is not None:
@@ -77,37 +74,10 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
         details.append(estimate_section(validations, figures))
     if main.surrogate.bound is not None:
         details += bound_sections(validations, figures)
+    details += all_rows(rows)
     text = "Both measured in one run on one machine."
     details.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
     return [*sections, *folded(details)]
-
-
-def _kinds_section(figures: ValidationFigures, words: Words) -> ReportSection:
-    """Show the relative RMSE by kind of motion, the largest over the outputs."""
-    bars = []
-    for kind in figures.excitations:
-        error, count = max(kind.relative_rmse), kind.trajectories
-        many = f"{count} trajector{'y' if count == 1 else 'ies'}"
-        bars.append(Bar(kind.name, error, f"{percent(error)}, {many}"))
-    return ReportSection(
-        words.by_kind,
-        "Relative RMSE: RMSE of the FMU over the RMS of the reference about its mean; of several "
-        "outputs the largest.",
-        bars=bars,
-    )
-
-
-def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> ReportSection:
-    """Return the section that says in words for which inputs the surrogate is valid."""
-    found = judgements(main.surrogate, main.recipe, figures)
-    text = rule(main.surrogate) if is_ruled(found) else ""
-    return ReportSection(
-        "Where it is valid",
-        text,
-        judgement_table(found),
-        charts=[ratio_chart(main)] if main.trusted else [],
-        maps=error_maps(main),
-    )
 
 
 def moving_text(surrogate: Surrogate) -> str:
@@ -117,7 +87,7 @@ def moving_text(surrogate: Surrogate) -> str:
     return (
         " Inputs are known to the step's end: before each step the FMU gets the values that they "
         "reach by then. An importer that sets the values at its start makes the plain call, whose "
-        f'errors stand in the column "{PLAIN}": {meaning_of(surrogate)}.'
+        f'errors stand in the column "{PLAIN}".'
     )
 
 

@@ -1,4 +1,4 @@
-"""This module makes tables of errors by output, in the plain call, at rest and by parameters."""
+"""This module makes tables of errors by output, of times, and of errors by parameters."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ from collections.abc import Iterator, Mapping
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity, ratio_text
 from slide_fmu.report.table import ReportTable
-from slide_fmu.validation.box import TITLES
 from slide_fmu.validation.error_figures import (
-    BoxFigures,
     OutputFigures,
     ParameterFigures,
     ParameterPoint,
-    PlainCallFigures,
     Timing,
     ValidationFigures,
 )
@@ -71,13 +68,6 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
     )
 
 
-def short_accuracy_table(validation: ValidationFigures) -> ReportTable:
-    """Return the errors of every output of one validation, as a console shows them."""
-    return accuracy_table({"": validation}).columns(
-        "output", SIZE, "RMSE", RELATIVE, KNOWN, "largest error", PLAIN
-    )
-
-
 def timing_table(timing: Timing) -> ReportTable:
     """Return the time of a step of the FMU and of the reference."""
     rows = [("FMU", f"{timing.fmu_step_us:.3g} µs")]
@@ -87,55 +77,6 @@ def timing_table(timing: Timing) -> ReportTable:
     return ReportTable.of(
         ("median; of the FMU: set, doStep and get through fmpy", "per step"), rows
     )
-
-
-def plain_call_table(found: PlainCallFigures) -> ReportTable:
-    """Return the errors of the plain call; columns of what was not measured are left out."""
-    heading = (
-        "output",
-        "smooth inputs",
-        "worst smooth motion",
-        "inputs as in the training",
-        "inputs known to the step's end",
-        "covered by the bound under smooth inputs",
-        "smooth inputs, which are held for a step",
-    )
-    rows = (
-        (
-            output.name,
-            *map(
-                percent_or_nothing,
-                (
-                    output.smooth,
-                    output.smooth_worst,
-                    output.rough,
-                    output.known_to_step_end,
-                    output.smooth_covered,
-                    output.smooth_if_held,
-                ),
-            ),
-        )
-        for output in found.outputs
-    )
-    title = "plain call, fmpy.simulate_fmu(fmu, input=table, output_interval=STEP): relative RMSE"
-    return ReportTable.of(heading, rows, title).without_empty_columns()
-
-
-def box_table(found: BoxFigures) -> ReportTable:
-    """Return the errors at constant inputs."""
-    heading = "inputs", "output", "relative RMSE", "largest error", "covered by the bound"
-    rows = (
-        (
-            f"{TITLES[name]} ({group.points} points)",
-            output.name,
-            percent(output.relative_rmse),
-            quantity(output.largest_error, output.unit),
-            percent_or_nothing(output.covered),
-        )
-        for name, group in found.groups.items()
-        for output in group.outputs
-    )
-    return ReportTable.of(heading, rows).without_empty_columns()
 
 
 def parameter_table(found: ParameterFigures) -> ReportTable:

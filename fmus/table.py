@@ -14,7 +14,7 @@ from slide_fmu.report.row_tables import length_of
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.table import ReportTable, markdown
 from slide_fmu.report.verdict import main_rows
-from slide_fmu.validation.row import FINER, SMOOTH, Row
+from slide_fmu.validation.row import FINER, OF_TRAINING, SMOOTH, Row
 
 HEADING = ("FMU", "h", "error at h", "at h/4", "smooth inputs at h", "at h/4", "trusted at h, h/4")
 SMALLEST = 1e-5
@@ -27,7 +27,7 @@ def row_of(fmu: Path) -> tuple[str, ...]:
     measured = released_figures(provenance)
     rows = () if measured is None else measured.rows
     main = main_rows(rows, "plain")
-    smooth = [row for row in rows if row.group == SMOOTH and row.call == "plain"]
+    smooth = [row for row in rows if row.group == SMOOTH and row.inputs != OF_TRAINING]
     steps = (1.0, float(FINER))
     cells = [_error(some, count) for some in (main, smooth) for count in steps]
     shares = [row.trusted for row in main]

@@ -11,6 +11,7 @@ from slide_fmu.report.frequency_charts import error_maps, frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
+from slide_fmu.report.limits import meaning_of
 from slide_fmu.report.row_sections import all_rows, main_sections
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
@@ -87,7 +88,7 @@ def moving_text(surrogate: Surrogate) -> str:
     return (
         " Inputs are known to the step's end: before each step the FMU gets the values that they "
         "reach by then. An importer that sets the values at its start makes the plain call, whose "
-        f'errors stand in the column "{PLAIN}".'
+        f'errors stand in the column "{PLAIN}": {meaning_of(surrogate)}.'
     )
 
 

@@ -15,6 +15,7 @@ from slide_fmu.validation.row import (
     HARMFUL,
     MOST_HARMFUL,
     MOST_SILENT,
+    OF_TRAINING,
     SMOOTH,
     Call,
     Row,
@@ -48,6 +49,9 @@ RULE = (
     "it is wrong."
 )
 """When an FMU is valid on inputs."""
+
+STEP_DIGITS = 4
+"""Digits of communication steps."""
 
 ALONE = (IN_RANGE, SMOOTH, AS_SET)
 """Groups whose kinds of input need no further words."""
@@ -89,12 +93,14 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
     for number, _ in steps:
         heading += [f"{_part(number)}: error", "covered", "trusted", "silent"]
     heading.append("at h")
-    lengths = ", ".join(f"{_part(number)} = {quantity(step, 's')}" for number, step in steps)
+    lengths = ", ".join(
+        f"{_part(number)} = {quantity(step, 's', STEP_DIGITS)}" for number, step in steps
+    )
     title = f"{'plain call' if call == 'plain' else CALLS[call]}, {lengths}"
 
     def cells() -> Iterator[list[str]]:
         for group, inputs in kinds_of(at):
-            if short and group == BEYOND and inputs != ALL:
+            if (short and group == BEYOND and inputs != ALL) or inputs == OF_TRAINING:
                 continue
             found = [row_at(at, group, inputs, call, number) for number, _ in steps]
             known = next(row for row in found if row is not None)
@@ -122,7 +128,7 @@ def _shares(row: Row) -> list[str]:
 
 def length_of(row: Row) -> str:
     """Write the communication step of a row."""
-    return quantity(row.step_s, "s")
+    return quantity(row.step_s, "s", STEP_DIGITS)
 
 
 def named(row: Row) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from slide_fmu.core.measures import percent
 from slide_fmu.report.row_tables import length_of, named
-from slide_fmu.validation.row import ALL, FINER, SMOOTH, Call, Row, row_at
+from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, Call, Row, row_at
 from slide_fmu.validation.task import BEYOND, IN_RANGE
 
 MOST_NAMED = 3
@@ -53,7 +53,7 @@ def _error(rows: Sequence[Row], call: Call) -> str:
     what = "in the plain call" if call == "plain" else "with inputs known to the step's end"
     text = f"The error {what} is {_up_to(own)} under {inputs} {where}"
     text += "".join(f", and {_up_to(row)} at {length_of(row)}" for row in finer)
-    smooth = [row for row in rows if row.group == SMOOTH]
+    smooth = [row for row in rows if row.group == SMOOTH and row.inputs != OF_TRAINING]
     at = (
         row_at(smooth, SMOOTH, row.inputs, call, steps) for row in smooth[:1] for steps in (1, 4)
     )

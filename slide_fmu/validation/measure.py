@@ -22,12 +22,9 @@ from slide_fmu.validation.constant_inputs import constant_motions
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.meter import Calls, Meter, size_of
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.row import SEARCH, SMOOTH, Row
+from slide_fmu.validation.row import OF_TRAINING, SEARCH, SMOOTH, Row
 from slide_fmu.validation.smooth_inputs import STEPS, TRAJECTORIES, model_rows, smooth_motions
 from slide_fmu.validation.user_inputs import user_motions
-
-OF_TRAINING = "motions in range"
-"""Name of smooth inputs where the motions of the training take the place of sines."""
 
 
 def rows_of(

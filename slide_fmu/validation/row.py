@@ -32,6 +32,9 @@ GROUPS = (IN_RANGE, SMOOTH, CONSTANT, AS_SET, HELD_OUT, BEYOND, SEARCH)
 ALL = "all kinds"
 """Name of the inputs of a row that joins all kinds of a group."""
 
+OF_TRAINING = "motions in range"
+"""Name of smooth inputs where the motions of the training take the place of sines."""
+
 FINER = 4
 """The plain call is measured at the surrogate's own step, and at one that is shorter by this
 factor."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from slide_fmu.report.loop_sections import loop_sections, loop_sentences
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Signal
@@ -17,6 +16,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.loop_sections import loop_sections, loop_sentences
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
 from slide_fmu.validation.error_figures import LoopFigures

@@ -41,7 +41,7 @@ from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
 
 PICTURE = "error_against_step.png"
-"""Picture of the error against the communication step, beside the card."""
+"""Picture of the error against the communication step, in the folder of the card."""
 
 MECHANISM_PICTURE = "mechanism.png"
 """Picture of the reference system in motion. The model draws it if it can; otherwise a file of

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from slide_fmu.core.signals import Hold
+from slide_fmu.core.web.charts import HeatMap
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
@@ -12,7 +14,16 @@ from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
 from slide_fmu.report.limits import meaning_of
-from slide_fmu.report.row_sections import all_rows, main_sections
+from slide_fmu.report.row_tables import (
+    HELD,
+    RULE,
+    WORDS,
+    failures,
+    kind_table,
+    output_table,
+    row_table,
+)
+from slide_fmu.report.step_chart import TITLE, TWO_LINES, has_model, step_charts
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
 from slide_fmu.report.worst_windows import worst_section
@@ -79,6 +90,44 @@ def validation_sections(
     text = "Both measured in one run on one machine."
     details.append(ReportSection("Time per step", text, timing_table(in_range.timing)))
     return [*sections, *folded(details)]
+
+
+def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> list[ReportSection]:
+    """Return the picture of the error against the communication step, and the table of kinds.
+
+    Args:
+        rows: all that was measured.
+        hold: how the inputs of the FMU act between samples.
+        maps: the error by amplitude and frequency of the inputs.
+    """
+    if not rows:
+        return []
+    charts = step_charts(rows)
+    found = (
+        [ReportSection(TITLE, TWO_LINES if has_model(rows) else "", charts=charts)]
+        if charts
+        else []
+    )
+    judged = f" {RULE}" if any(row.valid is not None for row in rows) else ""
+    held = f"{HELD} " if hold == "zero_order" else ""
+    table = kind_table(rows, short=False)
+    text = f"{table.title[0].upper()}{table.title[1:]}. {held}{WORDS}{judged}"
+    return [*found, ReportSection("Where it is valid", text, table, maps=maps)]
+
+
+def all_rows(rows: Sequence[Row]) -> list[ReportSection]:
+    """Return the folded sections with all rows, and with the errors of each output in its unit."""
+    if not rows:
+        return []
+    text = " ".join([WORDS, "The width is the mean bound over the usual level.", *failures(rows)])
+    return folded(
+        [
+            ReportSection("All that was measured", text, row_table(rows)),
+            ReportSection(
+                "Errors of each output", "In the units of the outputs.", output_table(rows)
+            ),
+        ]
+    )
 
 
 def moving_text(surrogate: Surrogate) -> str:

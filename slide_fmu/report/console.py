@@ -13,8 +13,8 @@ from rich.table import Column
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from slide_fmu.core.measures import percent
 from slide_fmu.fitting.history import Curve, TriedSize
+from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.row_tables import kind_table
 from slide_fmu.report.table import ENDLESS, ReportTable
@@ -70,17 +70,8 @@ def print_rows(rows: Sequence[Row], console: Console) -> None:
 
 def print_noise(outputs: Sequence[OutputFigures], console: Console) -> None:
     """Say how much of the errors on records is noise of what was measured, where it is known."""
-    for output in outputs:
-        if output.relative_noise_floor is not None:
-            console.print(_noise(output, output.relative_noise_floor))
-
-
-def _noise(output: OutputFigures, floor: float) -> str:
-    """Say how much of an error on a record is noise, and how much comes from the window."""
-    noise = f"{output.name}: {percent(floor)} is noise"
-    if output.free_relative_rmse is None:
-        return noise
-    return f"{noise}; free of the window the error is {percent(output.free_relative_rmse)}"
+    for sentence in noise_sentences(outputs):
+        console.print(sentence)
 
 
 def print_curve(curve: Curve | None, console: Console) -> None:

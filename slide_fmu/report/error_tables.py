@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity, ratio_text
@@ -66,6 +66,23 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
         quantity(output.max_error, unit),
         *map(percent_or_nothing, others),
     )
+
+
+def noise_sentences(outputs: Iterable[OutputFigures]) -> list[str]:
+    """Say how much of the errors on records is noise of what was measured, where it is known."""
+    return [
+        _noise(output, output.relative_noise_floor)
+        for output in outputs
+        if output.relative_noise_floor is not None
+    ]
+
+
+def _noise(output: OutputFigures, floor: float) -> str:
+    """Say how much of an error on a record is noise, and how much comes from the window."""
+    noise = f"{output.name}: {percent(floor)} is noise"
+    if output.free_relative_rmse is None:
+        return noise
+    return f"{noise}; free of the window the error is {percent(output.free_relative_rmse)}"
 
 
 def timing_table(timing: Timing) -> ReportTable:

@@ -11,6 +11,7 @@ import jinja2
 
 from slide_fmu.core.readable import decimal
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.limits import useless_beyond
 from slide_fmu.report.row_tables import HELD, RULE, WORDS, kind_table
 from slide_fmu.report.run_figures import RunFigures
@@ -61,7 +62,7 @@ def model_card(
             ]
         ),
         useless=useless_beyond(measured),
-        remarks=measured.record_remarks or (),
+        remarks=[*noise_sentences(measured.in_range.outputs), *(measured.record_remarks or ())],
         picture=picture,
         mechanism=mechanism,
     )

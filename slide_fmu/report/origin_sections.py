@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PureWindowsPath
 
 from slide_fmu.core.readable import decimal
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
-from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.html_report import ReportSection, folded
@@ -31,9 +31,8 @@ def origin_sections(surrogate: Surrogate, recipe: Recipe) -> list[ReportSection]
 
 def _made(surrogate: Surrogate, recipe: Recipe) -> str:
     window, network, data = surrogate.window, surrogate.network, recipe.data
-    of_state_space = ""
-    if isinstance(network, StateSpace):
-        cell = network.cell
+    of_state_space, cell = "", getattr(network, "cell", None)
+    if cell is not None:
         of_state_space = f" ({len(cell.a)} states, {len(cell.w)} hidden units)"
     beyond = ""
     if data.beyond:
@@ -46,8 +45,16 @@ def _made(surrogate: Surrogate, recipe: Recipe) -> str:
         f"Own step {decimal(window.step, 9)} s. Window: {window.n_in} inputs, {window.n_out} "
         f"outputs. Network: {recipe.network.family}, {network.count_parameters()} "
         f"parameters{of_state_space}, trained on {data.train} trajectories of {data.duration} s"
-        f"{beyond}. {rules_of(recipe).words.inputs_seen}"
+        f"{beyond}.{_start(recipe)} {rules_of(recipe).words.inputs_seen}"
     )
+
+
+def _start(recipe: Recipe) -> str:
+    """Name the FMU with whose network a training began, if there was one."""
+    start = getattr(recipe.training, "start", None)
+    if not start:
+        return ""
+    return f" Its training began with the network of {PureWindowsPath(start).name}."
 
 
 def excitation_table(recipe: Recipe) -> ReportTable:

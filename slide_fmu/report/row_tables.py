@@ -10,7 +10,6 @@ from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.row import (
     ALL,
-    AS_SET,
     FINER,
     HARMFUL,
     MOST_HARMFUL,
@@ -53,7 +52,7 @@ RULE = (
 STEP_DIGITS = 4
 """Digits of communication steps."""
 
-ALONE = (IN_RANGE, SMOOTH, AS_SET)
+ALONE = (IN_RANGE, SMOOTH)
 """Groups whose kinds of input need no further words."""
 
 HELD = (

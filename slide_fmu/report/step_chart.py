@@ -14,7 +14,7 @@ TITLE = "Error against communication step"
 MS = 1e3
 """Milliseconds in a second."""
 
-MODEL_TEXT = (
+TWO_LINES = (
     "The other line is the finest model itself as an FMU in the same call: it knows its inputs at "
     "communication points alone, and holds them over the step. Where both lines meet, no FMU can "
     "do better in this call."

@@ -14,7 +14,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.fmu.description.variables import AT_STEP_END, BOUND_FILLED, TRUSTED
-from slide_fmu.validation.input_courses import Course
+from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -27,8 +27,8 @@ SLACK = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """A Motion has inputs as a function of time, and the true outputs at some times.
+class MeasuredMotion:
+    """A MeasuredMotion has inputs as a function of time, and the true outputs at some times.
 
     Attributes:
         course: the inputs.
@@ -38,7 +38,7 @@ class Motion:
         parameters: values of the FMU's physical parameters by name.
     """
 
-    course: Course
+    course: InputCourse
     truth: FloatArray
     grid: float
     first: float
@@ -65,8 +65,8 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
-    """Answers are what an FMU gave at the n communication points of a motion that count.
+class CallAnswers:
+    """CallAnswers are what an FMU gave at the n communication points of a motion that count.
 
     Attributes:
         error: outputs minus truth, in their units, shape (n, n_outputs).
@@ -84,8 +84,8 @@ class Answers:
 
 
 @dataclass(frozen=True, eq=False)
-class Levels:
-    """Levels say which errors are usual, and to what they are relative; (n_outputs,) each.
+class ErrorLevels:
+    """ErrorLevels say which errors are usual, and to what they are relative; (n_outputs,) each.
 
     Attributes:
         mean: of the reference in range.
@@ -111,14 +111,14 @@ def answers(
     fmu: UnpackedFmu,
     inputs: Sequence[Signal],
     outputs: Sequence[Signal],
-    motion: Motion,
+    motion: MeasuredMotion,
     call: Call,
     step: float,
-) -> Answers:
+) -> CallAnswers:
     """Run a fresh instance of an FMU on a motion, as an importer does.
 
     In the plain call it sets the inputs at t before the step from t; in the call ``known`` those
-    at t + step, of which the FMU is told.
+    at t + step, and the FMU knows that.
 
     Args:
         fmu: the unpacked FMU.
@@ -151,7 +151,7 @@ def answers(
     at, places = motion.points(step)
     found = dict(zip(flags, values[at, len(names) + len(bounds) :].T, strict=True))
     truth = motion.truth[places]
-    return Answers(
+    return CallAnswers(
         error=values[at, : len(names)] - truth,
         truth=truth,
         bounds=values[at, len(names) : len(names) + len(bounds)] if bounds else None,
@@ -161,12 +161,12 @@ def answers(
 
 
 def row_of(
-    found: Sequence[Answers],
+    found: Sequence[CallAnswers],
     outputs: Sequence[Signal],
     named: Named,
     call: Call,
     steps: tuple[float, float],
-    levels: Levels,
+    levels: ErrorLevels,
 ) -> Row | None:
     """Make the row of some motions; None where no communication point counts.
 

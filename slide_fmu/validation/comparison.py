@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.validation.calls import Motion
+from slide_fmu.validation.calls import MeasuredMotion
 from slide_fmu.validation.trust import TrustOutputs
 
 
@@ -78,7 +78,7 @@ class Comparison:
     trust: TrustOutputs | None = None
     first_trusted: int = 0
     plain_answer: FmuAnswer | None = None
-    motion: Motion | None = None
+    motion: MeasuredMotion | None = None
 
     def in_plain_call(self) -> Comparison | None:
         """Return the comparison of an importer that sets u(t); None with a zero-order hold."""

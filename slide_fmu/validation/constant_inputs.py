@@ -21,7 +21,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.calls import Motion, Named
+from slide_fmu.validation.calls import MeasuredMotion, Named
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import CONSTANT
 
@@ -38,7 +38,7 @@ CORNERS, STEADY = "at the corners of the inputs' ranges", "inside of the inputs'
 
 def constant_motions(
     surrogate: Surrogate, case: Case, progress: Progress
-) -> dict[Named, list[Motion]]:
+) -> dict[Named, list[MeasuredMotion]]:
     """Simulate the reference at constant inputs; nothing where the inputs are never held.
 
     Inputs of planned motions and angles are never held. Points at which the reference fails are
@@ -50,10 +50,10 @@ def constant_motions(
     system, count = case.reference, len(surrogate.inputs)
     groups = {CORNERS: corners_of_box(count), STEADY: points_inside(count, INSIDE)}
     done, total = 0, sum(len(points) for points in groups.values())
-    found: dict[Named, list[Motion]] = {}
+    found: dict[Named, list[MeasuredMotion]] = {}
     progress(0, total)
     for name, points in groups.items():
-        motions, failed = list[Motion](), list[str]()
+        motions, failed = list[MeasuredMotion](), list[str]()
         for point in at_points(surrogate.inputs, points):
             try:
                 motions.append(_rest_at(surrogate, recipe, system, point))
@@ -74,7 +74,9 @@ def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
     return any(isinstance(kind, ChannelKind | Box) for kind in recipe.data.excitation)
 
 
-def _rest_at(surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray) -> Motion:
+def _rest_at(
+    surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray
+) -> MeasuredMotion:
     """Go to a point, and count the outputs when all rests there.
 
     Raises:
@@ -91,7 +93,9 @@ def _rest_at(surrogate: Surrogate, recipe: Recipe, system: System, point: FloatA
     truth = simulate(system, inputs, initial).outputs
     drawn = Draw(0, 1.0, initial, inputs, 0)
     first = len(truth) - max(1, round(SCORED * window))
-    return Motion(course_of(drawn, surrogate.inputs, step, False), truth, step, first * step)
+    return MeasuredMotion(
+        course_of(drawn, surrogate.inputs, step, False), truth, step, first * step
+    )
 
 
 def _named(surrogate: Surrogate, point: FloatArray) -> str:

@@ -20,8 +20,8 @@ SLACK = 1e-6
 """A time that lies before a sample by this part of a step, from rounding, counts as the sample."""
 
 
-class Course(Protocol):
-    """A Course gives the inputs at any time."""
+class InputCourse(Protocol):
+    """A InputCourse gives the inputs at any time."""
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Return the inputs at times in s, (N,), in their units, shape (N, n_inputs)."""
@@ -69,7 +69,7 @@ class Lines:
         return interpolated(at_nodes, known, self.cosines, times, self.curved)
 
 
-def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool) -> Course:
+def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool) -> InputCourse:
     """Return what the reference saw of drawn inputs between its samples.
 
     Planned motions move along curves through the samples, as their models move them.

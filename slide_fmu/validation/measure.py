@@ -17,7 +17,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.calls import Levels, Motion, Named
+from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion, Named
 from slide_fmu.validation.constant_inputs import constant_motions
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.meter import Calls, Meter, size_of
@@ -55,7 +55,7 @@ def rows_of(
     total = len(validations)
     progress(0, total)
     with unpacked(fmu) as files:
-        meter = Meter(files, first.surrogate, Levels(first.mean, usual))
+        meter = Meter(files, first.surrogate, ErrorLevels(first.mean, usual))
         for number, (group, validation) in enumerate(validations.items(), start=1):
             beyond = validation.task.amplitude != (1.0, 1.0)
             calls = meter.usual_calls(finer=validation.between_known and not beyond)
@@ -70,10 +70,10 @@ def rows_of(
     return tuple(rows)
 
 
-def motions_by_kind(validation: Validation) -> dict[str, list[Motion]]:
+def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
     """Return the motions of a validation by the names of their kinds."""
     recipe = validation.recipe
-    found: dict[str, list[Motion]] = {}
+    found: dict[str, list[MeasuredMotion]] = {}
     names = [motion.name for motion in rules_of(recipe).motions(recipe)]
     for comparison in validation.comparisons:
         if comparison.motion is not None:
@@ -121,9 +121,9 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case) -> list[Row]:
     return meter.rows(Named(SMOOTH, OF_TRAINING), chosen, calls)
 
 
-def _of_attack(attack: Attack, surrogate: Surrogate) -> Motion:
+def _of_attack(attack: Attack, surrogate: Surrogate) -> MeasuredMotion:
     """Return the motion that a search has found."""
     found, step = attack.found, surrogate.window.step
     truth = np.concatenate([found.reference[:1], found.reference])  # the start does not count
     course = course_of(found.drawn, surrogate.inputs, step, surrogate.planned)
-    return Motion(course, truth, step, (found.first + 1) * step)
+    return MeasuredMotion(course, truth, step, (found.first + 1) * step)

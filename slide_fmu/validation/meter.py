@@ -10,7 +10,14 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import UnpackedFmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.calls import Answers, Levels, Motion, Named, answers, row_of
+from slide_fmu.validation.calls import (
+    CallAnswers,
+    ErrorLevels,
+    MeasuredMotion,
+    Named,
+    answers,
+    row_of,
+)
 from slide_fmu.validation.row import ALL, FINER, Call, Row
 
 Calls = Sequence[tuple[Call, float]]
@@ -29,7 +36,7 @@ class Meter:
 
     fmu: UnpackedFmu
     surrogate: Surrogate
-    levels: Levels
+    levels: ErrorLevels
 
     @property
     def step(self) -> float:
@@ -53,7 +60,9 @@ class Meter:
             found.append(("known", 1.0))
         return found
 
-    def answers(self, motions: Sequence[Motion], call: Call, steps: float) -> list[Answers]:
+    def answers(
+        self, motions: Sequence[MeasuredMotion], call: Call, steps: float
+    ) -> list[CallAnswers]:
         """Run the FMU on motions in a call, with a number of steps in the own step.
 
         Raises:
@@ -62,7 +71,7 @@ class Meter:
         signals = self.surrogate.inputs, self.surrogate.outputs
         return [answers(self.fmu, *signals, one, call, self.step / steps) for one in motions]
 
-    def rows(self, named: Named, motions: Sequence[Motion], calls: Calls) -> list[Row]:
+    def rows(self, named: Named, motions: Sequence[MeasuredMotion], calls: Calls) -> list[Row]:
         """Return a row for each of the calls, as far as it has a communication point that counts.
 
         Raises:
@@ -76,7 +85,7 @@ class Meter:
         return [row for row in found if row is not None]
 
     def rows_by_kind(
-        self, group: str, kinds: Mapping[str, Sequence[Motion]], calls: Calls
+        self, group: str, kinds: Mapping[str, Sequence[MeasuredMotion]], calls: Calls
     ) -> list[Row]:
         """Return the rows of each kind of a group, and of all of them together.
 
@@ -96,7 +105,9 @@ class Meter:
                     rows.append(self._row(some, Named(group, name), call, steps))
         return [row for row in rows if row is not None]
 
-    def _row(self, found: Sequence[Answers], named: Named, call: Call, steps: float) -> Row | None:
+    def _row(
+        self, found: Sequence[CallAnswers], named: Named, call: Call, steps: float
+    ) -> Row | None:
         lengths = self.step / steps, self.step
         return row_of(found, self.surrogate.outputs, named, call, lengths, self.levels)
 

@@ -1,6 +1,7 @@
 """A row is the one type of figure by which an FMU is measured, for every kind of input.
 
-Inputs, call and communication step decide a row; it has the errors, and what the FMU said of them.
+Inputs, call and communication step decide a row. It has the errors, and what the FMU reported of
+them.
 Console, report, card, JSON, credentials and the table of the README show rows and nothing else.
 """
 

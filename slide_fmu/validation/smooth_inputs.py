@@ -21,8 +21,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.calls import Answers, Levels, Motion, Named, row_of
-from slide_fmu.validation.input_courses import Course
+from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
+from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import SMOOTH, Row
 
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
@@ -79,7 +79,7 @@ class SmoothMotions:
         hz: the band of the inputs.
     """
 
-    motions: tuple[Motion, ...]
+    motions: tuple[MeasuredMotion, ...]
     system: System
     hz: tuple[float, float]
 
@@ -107,12 +107,12 @@ def smooth_motions(surrogate: Surrogate, case: Case) -> SmoothMotions:
     for index in range(TRAJECTORIES):
         sines = Sines(system.inputs, hz, index)
         truth = fine_truth(system, sines, count * times)
-        found.append(Motion(sines, truth, step / times, first * step))
+        found.append(MeasuredMotion(sines, truth, step / times, first * step))
     return SmoothMotions(tuple(found), system, hz)
 
 
 def model_rows(
-    found: SmoothMotions, case: Case, outputs: Sequence[Signal], levels: Levels, own: float
+    found: SmoothMotions, case: Case, outputs: Sequence[Signal], levels: ErrorLevels, own: float
 ) -> list[Row]:
     """Measure the finest model in the place of the FMU, in the plain call.
 
@@ -150,7 +150,7 @@ def model_rows(
             _, places = motion.points(own / steps)
             truth = motion.truth[places]
             counted = np.full(len(truth), True)
-            every.append(Answers(outputs_of[places] - truth, truth, None, None, counted))
+            every.append(CallAnswers(outputs_of[places] - truth, truth, None, None, counted))
         named = replace(found.named, failed=())
         row = row_of(every, outputs, named, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]
@@ -164,7 +164,7 @@ def _holding(system: System, case: Case) -> System:
     return case.reference_as_it_runs(hold="zero_order")
 
 
-def fine_truth(system: System, course: Course, count: int) -> FloatArray:
+def fine_truth(system: System, course: InputCourse, count: int) -> FloatArray:
     """Return the outputs of a model at its own fine steps, (count + 1, n_outputs).
 
     Moving inputs are set to their values at the end of a fine step, held ones to their values in

@@ -22,7 +22,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.validation.calls import Motion, Named
+from slide_fmu.validation.calls import MeasuredMotion, Named
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.smooth_inputs import fine_truth
@@ -102,8 +102,8 @@ class Triangle:
 
 
 @dataclass(frozen=True)
-class Levels:
-    """Levels are held one after the other, each for a time in s, and again. Final."""
+class HeldLevels:
+    """HeldLevels are held one after the other, each for a time in s, and again. Final."""
 
     levels: tuple[float, ...]
     times: tuple[float, ...]
@@ -117,8 +117,8 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Moves:
-    """Moves go to and fro by the same way, with rests between. Final.
+class RepeatedMoves:
+    """RepeatedMoves go to and fro by the same way, with rests between. Final.
 
     The speed is a trapezoid in time, or a triangle.
 
@@ -186,12 +186,12 @@ def _triangle(channel: Channel, rng: np.random.Generator) -> Waveform:
 
 def _steps(channel: Channel, rng: np.random.Generator) -> Waveform:
     levels = rng.uniform(channel.low, channel.high, 8)
-    return Levels(tuple(levels.tolist()), tuple(_times(channel, rng, 8)))
+    return HeldLevels(tuple(levels.tolist()), tuple(_times(channel, rng, 8)))
 
 
 def _switches(channel: Channel, rng: np.random.Generator) -> Waveform:
     ends = (channel.high, channel.low) if rng.random() < 0.5 else (channel.low, channel.high)
-    return Levels(ends, tuple(_times(channel, rng, 2)))
+    return HeldLevels(ends, tuple(_times(channel, rng, 2)))
 
 
 def _moves(channel: Channel, rng: np.random.Generator, effort: float, rests: bool) -> Waveform:
@@ -205,7 +205,7 @@ def _moves(channel: Channel, rng: np.random.Generator, effort: float, rests: boo
         start = rng.uniform(channel.low, channel.high - way)
     share = MARGIN * rng.uniform(effort, 1.0)
     rest = _times(channel, rng, 1)[0] if rests else 0.0
-    return Moves(start, way, share * channel.speed, share * channel.acceleration, rest)
+    return RepeatedMoves(start, way, share * channel.speed, share * channel.acceleration, rest)
 
 
 def _with_rests(channel: Channel, rng: np.random.Generator) -> Waveform:
@@ -254,7 +254,7 @@ class UserInput:
 
 def user_motions(
     surrogate: Surrogate, case: Case, progress: Progress
-) -> dict[Named, list[Motion]]:
+) -> dict[Named, list[MeasuredMotion]]:
     """Simulate the reference on inputs as users set them, from rest on; failures are named.
 
     Inputs that each move by themselves act at their own times: the reference is simulated at its
@@ -267,10 +267,10 @@ def user_motions(
     kinds = OF_MOTIONS if moving else OF_INPUTS
     fine = None if moving else _fine(case)
     done, total = 0, TRAJECTORIES * len(kinds)
-    found: dict[Named, list[Motion]] = {}
+    found: dict[Named, list[MeasuredMotion]] = {}
     progress(0, total)
     for number, (name, drawing) in enumerate(kinds.items()):
-        motions, failed = list[Motion](), list[str]()
+        motions, failed = list[MeasuredMotion](), list[str]()
         for index in range(TRAJECTORIES):
             rng = np.random.default_rng([SEED, number, index])
             inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
@@ -292,7 +292,9 @@ def _fine(case: Case) -> System | None:
         return None
 
 
-def _motion(surrogate: Surrogate, case: Case, inputs: UserInput, fine: System | None) -> Motion:
+def _motion(
+    surrogate: Surrogate, case: Case, inputs: UserInput, fine: System | None
+) -> MeasuredMotion:
     """Simulate one input, or raise a SimulationError."""
     recipe, step = case.recipe, case.recipe.window.step
     burn_in = round(recipe.data.burn_in / step)
@@ -300,8 +302,8 @@ def _motion(surrogate: Surrogate, case: Case, inputs: UserInput, fine: System | 
     first = max(burn_in + 1, surrogate.network.memory_length) * step
     if fine is not None:
         times = case.finer_steps
-        return Motion(inputs, fine_truth(fine, inputs, count * times), step / times, first)
+        return MeasuredMotion(inputs, fine_truth(fine, inputs, count * times), step / times, first)
     rows = inputs(step * np.arange(count, dtype=np.float64))
     drawn = Draw(0, 1.0, None, rows, burn_in)
     course = course_of(drawn, surrogate.inputs, step, surrogate.planned)
-    return Motion(course, drawn_outputs(case.reference, drawn), step, first)
+    return MeasuredMotion(course, drawn_outputs(case.reference, drawn), step, first)

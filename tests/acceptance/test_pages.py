@@ -28,8 +28,6 @@ TUTORIALS = sorted((DOCS / "gallery").glob("*.py"))
 USER_PAGES = [page for page in PAGES if page.name not in FOR_DEVELOPERS | GENERATED]
 MEDIAN, LONGEST = 15, 30
 """Largest number of words of the median and of the longest sentence of a page for users."""
-MOST_WORDS = 1000
-"""Largest number of words of a page for users, without blocks of code."""
 MOST = {
     r"beside": 2,
     r"that of": 2,
@@ -66,11 +64,6 @@ def test_sentences_of_a_page_can_be_read_once(page: Path) -> None:
     too_long = [sentence for sentence in found if length(sentence) > LONGEST]
     assert too_long == []
     assert statistics.median(map(length, found) if found else [0]) <= MEDIAN
-
-
-@pytest.mark.parametrize("page", [*USER_PAGES, *TUTORIALS], ids=lambda page: page.name)
-def test_page_has_at_most_a_thousand_words(page: Path) -> None:
-    assert words(text_of(page)) <= MOST_WORDS
 
 
 def test_words_of_a_page_are_counted_with_names_in_code_and_without_blocks_of_code() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from slide_fmu.report.row_sections import all_rows, main_sections
+from slide_fmu.report.accuracy_sections import all_rows, main_sections
 from slide_fmu.report.row_tables import failures, kind_table, output_table, row_table
 from slide_fmu.report.step_chart import step_charts
 from slide_fmu.validation.row import SMOOTH

@@ -10,7 +10,14 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import UnpackedFmu, unpacked
-from slide_fmu.validation.calls import Answers, Levels, Motion, Named, answers, row_of
+from slide_fmu.validation.calls import (
+    CallAnswers,
+    ErrorLevels,
+    MeasuredMotion,
+    Named,
+    answers,
+    row_of,
+)
 from slide_fmu.validation.input_courses import Lines, Stairs
 from slide_fmu.validation.row import Call, Row
 from tests.python_fmus import write_python_fmu
@@ -18,7 +25,7 @@ from tests.python_fmus import write_python_fmu
 STEP = 0.1
 SLAVE = Path(__file__).parents[1] / "own_models" / "knowing_slave.py"
 INPUT, OUTPUT = Signal("u", "N", -9, 9, hold="first_order"), Signal("y", "m", -9, 9)
-LEVELS = Levels(np.zeros(1), usual=np.array([0.05]))
+LEVELS = ErrorLevels(np.zeros(1), usual=np.array([0.05]))
 
 
 @pytest.fixture(scope="module")
@@ -28,15 +35,15 @@ def knowing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[UnpackedFmu]:
         yield files
 
 
-def ramp(count: int, slope: float) -> Motion:
+def ramp(count: int, slope: float) -> MeasuredMotion:
     """An input that rises, and a reference that equals it at any time."""
     rows = slope * STEP * np.arange(1.0, count + 1)[:, None]
     course = Lines(STEP, np.concatenate([[[0.0]], rows[:-1]]))
     truth = course(STEP * np.arange(count + 1.0))
-    return Motion(course, truth, STEP, 0.0)
+    return MeasuredMotion(course, truth, STEP, 0.0)
 
 
-def row(fmu: UnpackedFmu, motion: Motion, call: Call, step: float) -> Row:
+def row(fmu: UnpackedFmu, motion: MeasuredMotion, call: Call, step: float) -> Row:
     found = row_of(
         [answers(fmu, [INPUT], [OUTPUT], motion, call, step)],
         [OUTPUT],
@@ -101,16 +108,16 @@ def test_harm_is_silent_where_it_is_trusted_and_above_the_bound(
     assert found.over_bound == (pytest.approx(4.0) if slope > 0 else None)
 
 
-def made(error: FloatArray, trusted: list[bool]) -> Answers:
+def made(error: FloatArray, trusted: list[bool]) -> CallAnswers:
     count = len(error)
     bounds = np.full(error.shape, 0.2)
     truth = np.tile([[1.0], [-1.0]], (count // 2, error.shape[1]))
-    return Answers(error, truth, bounds, np.array(trusted), np.full(count, True))
+    return CallAnswers(error, truth, bounds, np.array(trusted), np.full(count, True))
 
 
 def test_an_error_is_silent_only_if_the_same_output_is_harmful_and_above_its_bound() -> None:
     """The first output is above its bound but usual, the second harmful but covered."""
-    levels = Levels(np.zeros(2), np.array([1.0, 0.01]))
+    levels = ErrorLevels(np.zeros(2), np.array([1.0, 0.01]))
     error = np.array([[0.5, 0.1], [0.5, 0.3]])
     found = row_of(
         [made(error, [True, True])], [OUTPUT, OUTPUT], Named("", ""), "plain", (1, 1), levels
@@ -128,7 +135,7 @@ def test_without_a_usual_level_nothing_is_harmful() -> None:
         Named("", ""),
         "plain",
         (1, 1),
-        Levels(np.zeros(1)),
+        ErrorLevels(np.zeros(1)),
     )
     assert found is not None
     assert (found.harmful, found.silent, found.width, found.valid) == (None,) * 4

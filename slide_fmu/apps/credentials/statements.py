@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
@@ -84,7 +85,9 @@ def _in_words(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None)
     call = call_of(rows)
     for row in ordered(rows):
         if row.is_at(call, 1.0) and (verdict := judged(row)):
-            found.append(f"{named(row)}: {verdict} at {length_of(row)}.")
+            found.append(
+                f"{named(row)}: {verdict} at {length_of(row)}, relative RMSE {percent(row.error)}."
+            )
     return [*found, WORDS, RULE] if rows else found
 
 

@@ -124,8 +124,8 @@ def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
     outputs = list(found["accuracy.outputs"])
     assert (outputs[0].get("name"), outputs[0].get("unit")) == ("position", "m")
     words = found["validity.in_words"]
-    assert "in range: valid at 20 ms." in words
-    assert "sines of 1 Hz: not valid, not always reported at 20 ms." in words
+    assert "in range: valid at 20 ms, relative RMSE 2 %." in words
+    assert "sines of 1 Hz: not valid, not always reported at 20 ms, relative RMSE 30 %." in words
 
 
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(

@@ -43,7 +43,7 @@ release: setup
 	mkdir -p runs/$(NAME) fmus/$(NAME)
 	test ! -e fmus/$(NAME)/mechanism.png || cp fmus/$(NAME)/mechanism.png runs/$(NAME)/
 	$(BIN)/slide-fmu run training/$(NAME).toml
-	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/side_by_side.png fmus/$(NAME)/
+	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/error_against_step.png fmus/$(NAME)/
 	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 

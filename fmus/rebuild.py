@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.cli.console import progress_bars
-from slide_fmu.core.figures import read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
@@ -36,8 +35,8 @@ from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.validation.row import SEARCH, Row
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
-from slide_fmu.validation.trust_figures import SearchFigures
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"
@@ -76,7 +75,8 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     case = case_of(recipe)
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
-    text = model_card(surrogate, recipe, measured, PICTURE, drawn)
+    picture = PICTURE if fmu.with_name(PICTURE).exists() else None
+    text = model_card(surrogate, recipe, measured, picture, drawn)
     seed = measured.validation[IN_RANGE].seed
     release = Release(surrogate, case, provenance, documents(page, text), seed=seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -87,16 +87,17 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     return fmu
 
 
-def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
+def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: bool = False) -> Path:
     """Measure a released FMU again, and write it in its place, with card and pictures beside it.
 
     Surrogate and provenance stay as they are. So does what a search for unnoticed errors found,
-    since it follows from the surrogate. All else is made as ``slide-fmu run`` does.
+    since it follows from the surrogate and takes long. All else is made as ``slide-fmu run`` does.
 
     Args:
         fmu: the released FMU.
         bar: opens the progress of a stage.
         trajectories: how many are simulated of each kind; those of the recipe if None.
+        search: whether the search is done again, if the recipe asks for it.
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
@@ -116,15 +117,23 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None) -> Path:
             shutil.copy(drawn, job.folder.path)
         trained = Trained(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
-        search = (found or {}).get("measured", {}).get("adversarial")
-        search = None if search is None else read_figures(SearchFigures, search)
-        made = measure_trained(job, trained, origin, check_window(job), wanted, None, search)
+        known = None if search else _known_search(found or {})
+        made = measure_trained(job, trained, origin, check_window(job), wanted, None, known)
         for name in (PICTURE, MECHANISM_PICTURE):
             if (job.folder.path / name).exists():
                 shutil.copy(job.folder.path / name, fmu.with_name(name))
         shutil.copy(job.folder.path / "card.md", fmu.with_name(CARD))
         write_whole(fmu, made.fmu.read_bytes())
     return fmu
+
+
+def _known_search(provenance: dict[str, Any]) -> list[Row]:
+    """Return the rows of a search in an FMU; none where its figures are of another form."""
+    try:
+        measured = released_figures(provenance)
+    except ValueError:
+        return []
+    return [] if measured is None else [row for row in measured.rows if row.group == SEARCH]
 
 
 def _recipe_now(provenance: dict[str, Any], name: str) -> str:
@@ -159,12 +168,15 @@ def main() -> None:
     parser.add_argument(
         "--measure", action="store_true", help="measure them again: figures, reports, cards"
     )
+    parser.add_argument(
+        "--search", action="store_true", help="with --measure: search for unnoticed errors again"
+    )
     given = parser.parse_args()
     for path in given.fmus:
         before = path.stat().st_size
         if given.measure:
             with progress_bars() as bar:
-                measure(path, bar)
+                measure(path, bar, search=given.search)
         else:
             rebuild(path, given.experiment)
         after = path.stat().st_size

@@ -18,11 +18,9 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.network.bytes import family_of
-from slide_fmu.report.console import print_table, print_validation
-from slide_fmu.report.run_figures import RunFigures, released_figures
+from slide_fmu.report.console import print_noise, print_rows, print_table
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.table import ReportTable
-from slide_fmu.report.trust_sentences import search_sentence
-from slide_fmu.report.verdict import Subject, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OTHER_TYPES = (AttributeError, ArithmeticError, LookupError, TypeError, ValueError)
@@ -77,14 +75,13 @@ def show_description(fmu: Path, surrogate: Surrogate, provenance: Provenance) ->
         described = origin.description.removeprefix(f"{surrogate.name}: ")
         out.print(f"{surrogate.name}: {described}".rstrip(": "))
         measured = released_figures(provenance)
-        for sentence in verdict(measured, Subject.of(surrogate)):
-            out.print(sentence)
-        if measured is None:
+        if measured is not None:
+            print_rows(measured.rows, out)
+            print_noise(measured.in_range.outputs, out)
+        else:
             out.print(f"Its error {NOT_MEASURED if origin.recipe else NOT_MEASURABLE}.")
         _show_signals(surrogate, out)
         _show_network(surrogate, out)
-        if measured is not None:
-            _show_error(measured, out)
         _show_origin(origin if provenance else None, out)
     except (*OTHER_TYPES, NotRenderableError) as error:
         raise ValueError(
@@ -151,16 +148,6 @@ def _trusted(surrogate: Surrogate) -> str:
         for one, tolerance in zip(surrogate.outputs, bound.tolerances * scales, strict=True)
     )
     return f"; at the start, tolerances are {', '.join(most)}"
-
-
-def _show_error(measured: RunFigures, out: Console) -> None:
-    """Print the error that was measured when the FMU was made."""
-    for index, (name, validation) in enumerate(measured.ordered.items()):
-        if index:  # figures of bounds and estimates in range are enough here
-            validation = replace(validation, error_bound=None, error_estimate=None)
-        print_validation(validation, f"error {name}", out)
-    if measured.adversarial is not None:
-        out.print(search_sentence(measured.adversarial))
 
 
 def _show_origin(origin: Origin | None, out: Console) -> None:

@@ -107,7 +107,7 @@ def validate(
         validate_fmu_file,
         validation_report,
     )
-    from slide_fmu.report.console import print_box, print_plain_call, print_validation
+    from slide_fmu.report.console import print_noise, print_rows
     from slide_fmu.validation.task import Task
 
     with progress_bars() as bar:
@@ -116,14 +116,13 @@ def validate(
         task = Task(seed, trajectories, amplitude, duration, held_out)
         case = released_case(fmu)
         result = validate_fmu_file(fmu, case, task, bar)
-        made, figures = validation_report(result, fmu, case)
+        made, figures = validation_report(result, fmu, case, bar)
         folder = report or Path("runs") / result.surrogate.name / report_folder(task)
         page = replace(made, inside=last_section(fmu)).write(folder)
     write_json(json_path, figures)
-    print_plain_call(figures.plain_call, console)
-    print_box(figures.box, console)
-    title = "validation, kinds that were held out" if held_out else "validation"
-    print_validation(figures, title, console)
+    console.print(f"{figures.trajectories} trajectories, seed {figures.seed}")
+    print_rows(figures.rows, console)
+    print_noise(figures.outputs, console)
     console.print(f"report  {page}")
 
 

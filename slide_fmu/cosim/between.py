@@ -54,6 +54,41 @@ def refined(
     return at, found, places
 
 
+def interpolated(
+    times: FloatArray,
+    values: FloatArray,
+    cosines: tuple[int, ...],
+    at: FloatArray,
+    curved: bool,
+) -> FloatArray:
+    """Interpolate inputs at any times: along straight lines, or as ``refined`` where ``curved``.
+
+    An angle turns evenly, or as the curve does, and its length is a straight line. Before the
+    first and after the last time the inputs are constant.
+
+    Args:
+        times: in s, rising, shape (N,), N >= 2.
+        values: inputs at these times, shape (N, n_inputs).
+        cosines: indices of inputs that are the cosine of an angle, whose sine is the next.
+        at: times in s at which the inputs are wanted, shape (M,).
+        curved: whether smooth inputs are cubics between the times.
+    """
+    at = np.clip(at, times[0], times[-1])
+    of = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+
+    def column(course: FloatArray) -> FloatArray:
+        if not curved:
+            return np.interp(at, times, course)
+        return _column(times, course, np.append(at, times[-1]), of)[:-1]
+
+    columns = [column(course) for course in values.T]
+    for i in cosines:
+        turned = column(np.unwrap(np.arctan2(values[:, i + 1], values[:, i])))
+        length = np.interp(at, times, np.hypot(values[:, i], values[:, i + 1]))
+        columns[i], columns[i + 1] = length * np.cos(turned), length * np.sin(turned)
+    return np.stack(columns, axis=1)
+
+
 def evened(
     times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
 ) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slide_fmu.core.progress import Stages, quiet
+from slide_fmu.core.progress import Stages
 from slide_fmu.core.search_path import find_file, make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.failures import remark_on_beyond
@@ -19,18 +19,16 @@ from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
-from slide_fmu.report.html_report import Report, Verdict, folded
-from slide_fmu.report.importer_sections import box_sections, plain_call_sections
+from slide_fmu.report.html_report import Report, Verdict
 from slide_fmu.report.run_figures import released_figures
-from slide_fmu.report.verdict import Subject
-from slide_fmu.report.verdict_facts import facts_of
+from slide_fmu.report.verdict import verdict
+from slide_fmu.report.verdict_facts import Subject, facts_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.box import box_figures
 from slide_fmu.validation.data_origin import require_same_origin
 from slide_fmu.validation.error_figures import ValidationFigures
-from slide_fmu.validation.plain_call import plain_call_figures
+from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE, Task
 from slide_fmu.validation.validate import validate
@@ -96,7 +94,6 @@ def measured(
 ) -> Validation:
     """Compare an FMU with the reference system of the case that it was made from.
 
-    Errors count as harmful relative to the usual errors in range that the FMU carries, if known.
     ``workers`` is the number of processes: one per core if None, no processes if 0.
 
     Raises:
@@ -112,10 +109,9 @@ def measured(
     require_same_origin(case.source, dict(found or {}), str(fmu))
     progress = bar(_title(task))
     try:
-        validation = validate(fmu, surrogate, case, task, progress, workers)
+        return validate(fmu, surrogate, case, task, progress, workers)
     except SimulationError as error:
         raise SimulationError(f"{_title(task)}: {error}", error.time) from error
-    return replace(validation, usual=_usual_error(found))
 
 
 def _require_another(fmu: Path, recipe: Recipe) -> None:
@@ -129,39 +125,54 @@ def _require_another(fmu: Path, recipe: Recipe) -> None:
             )
 
 
-def _usual_error(provenance: Provenance | None) -> FloatArray | None:
-    """Return the 95 % quantile of the errors in range when an FMU was released."""
+def _usual_level(provenance: Provenance | None) -> FloatArray | None:
+    """Return the usual level of the errors when an FMU was released; None if it is not known."""
     measured = released_figures(provenance)
     if measured is None or IN_RANGE not in measured.validation:
         return None
-    return np.array([output.p95_error for output in measured.validation[IN_RANGE].outputs])
+    return np.array([output.usual_level for output in measured.validation[IN_RANGE].outputs])
+
+
+def group_of(task: Task) -> str:
+    """Return the name of the group of inputs that a task draws."""
+    if task.held_out:
+        return HELD_OUT
+    return IN_RANGE if task.amplitude == (1.0, 1.0) else BEYOND
 
 
 def validation_report(
-    validation: Validation, fmu: Path, case: Case
+    validation: Validation, fmu: Path, case: Case, bar: Stages
 ) -> tuple[Report, ValidationFigures]:
-    """Return the report of one validation, and its figures.
+    """Return the report of one validation, and its figures with all rows.
 
-    In range, the plain call and constant inputs are measured too. ``case`` is the case by which
-    the FMU was validated.
+    In range, inputs of further kinds are measured too. Errors count as harmful relative to the
+    usual level that the FMU carries; if it has none, to that of this validation in range.
+
+    Args:
+        validation: the validation.
+        fmu: the FMU that was validated.
+        case: the case by which it was.
+        bar: opens the progress of a stage.
 
     Raises:
         CoSimulationError: the FMU reports an error.
     """
-    figures = validation.figures()
-    if figures.in_range:
-        call = plain_call_figures(fmu, validation, case)
-        figures = replace(figures, plain_call=call, box=box_figures(fmu, validation, case, quiet))
-    sections = [
-        *validation_sections({_title(validation.task): validation}),
-        *folded([*plain_call_sections(figures.plain_call), *box_sections(figures.box)]),
-    ]
-    title = f"Validation of {validation.surrogate.name}"
-    facts = facts_of(figures, figures.plain_call, Subject.of(validation.surrogate))
-    verdict = Verdict(facts=facts)
-    return Report(
-        title, validation.recipe.description, figures, sections, verdict=verdict
-    ), figures
+    usual = _usual_level(read_fmu(fmu)[1])
+    if usual is None and validation.in_range:
+        usual = validation.usual_error()
+    group = group_of(validation.task)
+    rows = rows_of(fmu, {group: validation}, case, usual, bar)
+    figures = replace(validation.figures(), rows=rows)
+    sections = validation_sections({_title(validation.task): validation}, rows)
+    facts = facts_of(rows, figures.timing, Subject.of(validation.surrogate))
+    report = Report(
+        f"Validation of {validation.surrogate.name}",
+        validation.recipe.description,
+        figures,
+        sections,
+        verdict=Verdict(verdict(rows), facts),
+    )
+    return report, figures
 
 
 def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[str, Task]:

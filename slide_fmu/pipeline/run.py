@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,18 +31,18 @@ from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
-from slide_fmu.report.trajectory_charts import charts_side_by_side
+from slide_fmu.report.step_chart import step_charts
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.adversarial import Attack, attack, search_figures
-from slide_fmu.validation.box import box_figures
-from slide_fmu.validation.plain_call import plain_call_figures
+from slide_fmu.validation.adversarial import Attack, attack
+from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
-from slide_fmu.validation.tries import TriedInputs, try_inputs
-from slide_fmu.validation.trust_figures import SearchFigures
 
-PICTURE = "side_by_side.png"
+PICTURE = "error_against_step.png"
+"""Picture of the error against the communication step, in the folder of the card."""
+
 MECHANISM_PICTURE = "mechanism.png"
 """Picture of the reference system in motion. The model draws it if it can; otherwise a file of
 this name in the run folder is used."""
@@ -126,7 +126,7 @@ def measure_trained(
     sizing: AnySizing,
     wanted: Mapping[str, Task],
     workers: int | None,
-    search: SearchFigures | None = None,
+    known_search: Sequence[Row] | None = None,
 ) -> Finished:
     """Write the FMU of a trained surrogate, measure it, and add the figures to it.
 
@@ -137,8 +137,8 @@ def measure_trained(
         sizing: the sizing of its window.
         wanted: the tasks of its validation, by name; one of them is ``IN_RANGE``.
         workers: number of processes that simulate; one per core if None, no processes if 0.
-        search: known figures of a search for unnoticed errors; if None, the search is done if the
-            recipe asks for it.
+        known_search: known rows of a search for unnoticed errors; if None, the search is done if
+            the recipe asks for it.
 
     Raises:
         StageError: its records have changed since.
@@ -154,18 +154,14 @@ def measure_trained(
     lost: list[str] = []
     for name, task in wanted.items():
         try:
-            validation = measured(fmu, job.case, task, job.bar, workers)
+            validations[name] = measured(fmu, job.case, task, job.bar, workers)
         except SimulationError as error:
             if name != BEYOND:
                 raise
             lost.append(f"no trajectory beyond the range could be measured: {error}")
-            continue
-        usual = next(iter(validations.values()), validation).usual_error()
-        validations[name] = replace(validation, usual=usual)
     in_range = validations[IN_RANGE]
-    call = plain_call_figures(fmu, in_range, job.case)
-    box = box_figures(fmu, in_range, job.case, job.bar("constant inputs"))
-    search, attacks, tried = _searched(job, surrogate, in_range, search)
+    attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
+    rows = rows_of(fmu, validations, job.case, in_range.usual_error(), job.bar, attacks)
     measurement = RunMeasurement(
         surrogate,
         trained.histories,
@@ -173,18 +169,17 @@ def measure_trained(
         tests,
         sizing,
         curve=kept_curve(job.case, job.folder),
-        plain_call=call,
-        box=box,
-        search=search,
+        rows=(*rows, *(known_search or ())),
         attacks=attacks,
-        tried=tried,
         remarks=tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
     )
     figures, response = run_figures(job.case, measurement, job.command, trained.versions)
     report = run_report(recipe, measurement, figures, response)
     page = report.write(job.folder.path)
-    write_whole(job.folder.path / PICTURE, chart_picture(charts_side_by_side(in_range, 0)))
-    text = model_card(surrogate, recipe, figures, PICTURE, draw_mechanism(job))
+    charts = step_charts(rows)
+    if charts:
+        write_whole(job.folder.path / PICTURE, chart_picture(charts))
+    text = model_card(surrogate, recipe, figures, PICTURE if charts else None, draw_mechanism(job))
     write_whole(job.folder.path / "card.md", text.encode("utf-8"))
     released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
     members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
@@ -208,18 +203,12 @@ def require_same_answers(surrogate: Surrogate, name: str) -> None:
         )
 
 
-def _searched(
-    job: Job, surrogate: Surrogate, in_range: Validation, known: SearchFigures | None
-) -> tuple[SearchFigures | None, list[Attack], TriedInputs]:
-    """Search for unnoticed errors, if the recipe asks for it and no search was done yet."""
-    starts = job.recipe.validation.adversarial
-    if not starts or known is not None:
-        return known if starts else None, [], TriedInputs()
-    seed, usual = in_range.task.seed, in_range.usual_error()
-    attacks = attack(surrogate, job.case, seed, starts, job.bar("search for unnoticed errors"))
-    bar = job.bar("inputs as users set them")
-    tried = try_inputs(surrogate, job.case, usual, seed, starts, bar)
-    return search_figures(attacks, surrogate, tried), attacks, tried
+def _searched(job: Job, surrogate: Surrogate, in_range: Validation) -> list[Attack]:
+    """Search for unnoticed errors, if the recipe asks for it."""
+    starts, seed = job.recipe.validation.adversarial, in_range.task.seed
+    if not starts:
+        return []
+    return attack(surrogate, job.case, seed, starts, job.bar("search for unnoticed errors"))
 
 
 def draw_mechanism(job: Job) -> str | None:

@@ -38,7 +38,7 @@ from slide_fmu.systems.base import (
     System,
 )
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.plain_call import cost_of_holding
+from slide_fmu.validation.smooth_inputs import cost_of_holding
 
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from typing import TypeVar
 
 from slide_fmu.core.parameters import corners_of
-from slide_fmu.core.signals import moves
+from slide_fmu.core.signals import Hold, moves
 from slide_fmu.recipe.against_system import (
     require_driving,
     require_jumps,
@@ -206,24 +206,26 @@ class Case:
         own = self.reference.own_step
         return FINER if own is None else max(1, round(self.recipe.window.step / own))
 
-    def reference_as_it_runs(self) -> System:
+    def reference_as_it_runs(self, hold: Hold | None = None) -> System:
         """Make the reference with the step by which it runs by itself (``finer_steps``).
 
-        Its inputs have the hold of the recipe, over the shorter step. A system that names its own
-        step has held inputs over this step, as from an importer that runs it.
+        Its inputs have the hold of the recipe, unless another one is given, over the shorter step.
+        A system that names its own step has held inputs over this step, as from an importer that
+        runs it.
 
         Raises:
             LoadError: its class has a step of its own.
         """
         made, times = self.systems.reference_specification, self.finer_steps
         step, inputs = self.recipe.window.step / times, made.inputs
-        if self.reference.own_step is not None:
-            held = SignalTable(hold="zero_order")
+        hold = "zero_order" if self.reference.own_step is not None else hold
+        if hold is not None:
+            held = SignalTable(hold=hold)
             inputs = {
                 signal.name: held.over(made.inputs.get(signal.name, SignalTable()))
                 for signal in self.reference.inputs
             }
-        system = load_system(replace(made, step=step, inputs=inputs))
+        system = load_system(replace(made, step=step, inputs=inputs, part_of=times))
         _require_part(system, made, step, times, "let the class take the step that it is given")
         return system
 

@@ -33,9 +33,7 @@ class Words:
         stands_for: the system that it replaces.
         truth: name of the reference in a chart.
         reference: a sentence on the reference; empty where a model can be named.
-        by_kind: heading of the errors by kind of motion.
         inputs_seen: a sentence before the list of inputs that a surrogate was trained on.
-        compared_with: the reference and the motions that an FMU was compared with.
         parameters: the values of physical parameters at which errors were measured.
         lasting_memory: a further reason for a network that does not forget; mostly empty.
     """
@@ -44,9 +42,7 @@ class Words:
     stands_for: str
     truth: str
     reference: str
-    by_kind: str
     inputs_seen: str
-    compared_with: str
     parameters: str
     lasting_memory: str = ""
 

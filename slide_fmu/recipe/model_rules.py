@@ -25,10 +25,8 @@ class ModelRules(KindRules):
         stands_for="its reference model",
         truth="reference",
         reference="",
-        by_kind="By kind of excitation",
         inputs_seen="The surrogate was trained on these inputs (amplitude as a fraction of the "
         "range):",
-        compared_with="the reference system, on trajectories",
         parameters="Every trajectory has values of the physical parameters that no training saw; "
         "one more is at each corner of their ranges, which the figures above do not count.",
     )

@@ -125,8 +125,7 @@ class ValidationRecipe(Table):
         require: largest relative RMSE of an output on unseen trajectories in range (0.05 is 5 %).
             ``slide-fmu run`` fails where the error is larger.
         adversarial: number of unseen trajectories from which a search for large errors relative to
-            their bounds begins. The same number of tones, offsets, holds and moves is tried. Each
-            takes about a minute.
+            their bounds begins. Each takes about a minute.
     """
 
     trajectories: PositiveInt = 50

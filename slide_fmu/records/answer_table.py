@@ -33,7 +33,7 @@ _OWN: dict[str, dict[str, str]] = {
         "step_of_case": "answers:no_remark_on_step",
     },
     "propose.trial": {"tried_motions": "answers:tried_records"},
-    "validation.plain_call": {"plain_call_against": "answers:no_plain_call"},
+    "validation.measure": {"further_rows": "answers:no_further_rows"},
     "validation.validate": {"validate_against": "validation:validate_records"},
 }
 """Questions by the module that asks them, each with the module here and the function that answers

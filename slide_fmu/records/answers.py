@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slide_fmu.core.progress import Progress
+from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.memory.stability import SEQUENCES
@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
     from slide_fmu.report.html_report import ReportSection
-    from slide_fmu.validation.error_figures import PlainCallFigures, ResponseFigures
+    from slide_fmu.validation.error_figures import ResponseFigures
+    from slide_fmu.validation.meter import Meter
     from slide_fmu.validation.results import Validation
+    from slide_fmu.validation.row import Row
 
 
 def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
@@ -156,11 +158,11 @@ def no_remark_on_step(source: MeasuredRecords, case: Case) -> None:
     """Return no remark on the step: the signals between samples are unknown."""
 
 
-def no_plain_call(
-    source: MeasuredRecords, fmu: Path, validation: Validation, case: Case
-) -> PlainCallFigures | None:
-    """Return no figures of a plain call: the signals between samples are unknown."""
-    return None
+def no_further_rows(
+    source: MeasuredRecords, meter: Meter, in_range: Validation, case: Case, bar: Stages
+) -> list[Row]:
+    """Return no rows of further inputs: nothing can be simulated."""
+    return []
 
 
 def no_response(

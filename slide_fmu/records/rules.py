@@ -57,10 +57,8 @@ class RecordRules(KindRules):
         stands_for="what was measured",
         truth="measured",
         reference="The reference is what was measured.",
-        by_kind="By file",
         inputs_seen="The surrogate was trained on measured records; inputs of another kind it has "
         "never seen:",
-        compared_with="what was measured, on blocks of the records",
         parameters="Every segment has the values of its specimen.",
         # records cannot be simulated until they come to rest
         lasting_memory=" (a system with hysteresis, or with a drift, never forgets what happened "

@@ -61,7 +61,9 @@ def validate_records(
             comparisons.append(replace(comparison, free=free))
             progress(len(comparisons), len(found))
     noise = rms_of_noise(source.noise_at_rest, [comparison.error for comparison in comparisons])
-    return Validation(task, surrogate, recipe, tuple(comparisons), noise=noise)
+    return Validation(
+        task, surrogate, recipe, tuple(comparisons), noise=noise, between_known=False
+    )
 
 
 def rms_of_noise(

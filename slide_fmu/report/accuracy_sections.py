@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from slide_fmu.core.measures import percent
-from slide_fmu.core.web.charts import Bar
-from slide_fmu.recipe.kind_rules import Words
+from slide_fmu.core.signals import Hold
+from slide_fmu.core.web.charts import HeatMap
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
@@ -15,17 +14,26 @@ from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
 from slide_fmu.report.limits import meaning_of
+from slide_fmu.report.row_tables import (
+    HELD,
+    RULE,
+    WORDS,
+    failures,
+    kind_table,
+    output_table,
+    row_table,
+)
 from slide_fmu.report.speed import speed_section
+from slide_fmu.report.step_chart import TITLE, TWO_LINES, has_model, step_charts
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
-from slide_fmu.report.trust_charts import ratio_chart
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
-from slide_fmu.report.validity import RULE, is_ruled, judgement_table, judgements
 from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation.error_figures import ResponseFigures, ValidationFigures
+from slide_fmu.validation.error_figures import ResponseFigures
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import Row
 
 CLOSE_UP = "Each output around its largest error, with {bound}the inputs that led there."
 
@@ -41,7 +49,9 @@ MODEL_TEXT = (
 )
 
 
-def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSection]:
+def validation_sections(
+    validations: Mapping[str, Validation], rows: Sequence[Row] = ()
+) -> list[ReportSection]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
     rules = rules_of(main.recipe)
@@ -49,12 +59,12 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
+        *main_sections(rows, main.surrogate.hold, error_maps(main)),
         ReportSection(
             "Around the largest error",
             CLOSE_UP.format(bound="" if main.surrogate.bound is None else "its bound and "),
             charts=close_ups(main),
         ),
-        _validity_section(main, figures),
         *frequency_sections(main),
         *([] if worst is None else [worst]),
     ]
@@ -67,7 +77,6 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
             accuracy_table(figures),
             charts=trajectory_charts(main),
         ),
-        _kinds_section(in_range, rules.words),
         *([ReportSection("Phase plot", PHASE, charts=phases)] if phases else []),
     ]
     if in_range.parameters is not None:
@@ -78,6 +87,7 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
         details.append(estimate_section(validations, figures))
     if main.surrogate.bound is not None:
         details += bound_sections(validations, figures)
+    details += all_rows(rows)
     timing, text = in_range.timing, "Both measured in one run on one machine."
     details.append(ReportSection("Time per step", text, timing_table(timing)))
     if timing.speed is not None:
@@ -85,31 +95,41 @@ def validation_sections(validations: Mapping[str, Validation]) -> list[ReportSec
     return [*sections, *folded(details)]
 
 
-def _kinds_section(figures: ValidationFigures, words: Words) -> ReportSection:
-    """Show the relative RMSE by kind of motion, the largest over the outputs."""
-    bars = []
-    for kind in figures.excitations:
-        error, count = max(kind.relative_rmse), kind.trajectories
-        many = f"{count} trajector{'y' if count == 1 else 'ies'}"
-        bars.append(Bar(kind.name, error, f"{percent(error)}, {many}"))
-    return ReportSection(
-        words.by_kind,
-        "Relative RMSE: RMSE of the FMU over the RMS of the reference about its mean; of several "
-        "outputs the largest.",
-        bars=bars,
+def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> list[ReportSection]:
+    """Return the picture of the error against the communication step, and the table of kinds.
+
+    Args:
+        rows: all that was measured.
+        hold: how the inputs of the FMU act between samples.
+        maps: the error by amplitude and frequency of the inputs.
+    """
+    if not rows:
+        return []
+    charts = step_charts(rows)
+    found = (
+        [ReportSection(TITLE, TWO_LINES if has_model(rows) else "", charts=charts)]
+        if charts
+        else []
     )
+    judged = f" {RULE}" if any(row.valid is not None for row in rows) else ""
+    held = f"{HELD} " if hold == "zero_order" else ""
+    table = kind_table(rows, short=False)
+    text = f"{table.title[0].upper()}{table.title[1:]}. {held}{WORDS}{judged}"
+    return [*found, ReportSection("Where it is valid", text, table, maps=maps)]
 
 
-def _validity_section(main: Validation, figures: Mapping[str, ValidationFigures]) -> ReportSection:
-    """Return the section that says in words for which inputs the surrogate is valid."""
-    found = judgements(main.surrogate, main.recipe, figures)
-    text = RULE if is_ruled(found) else ""
-    return ReportSection(
-        "Where it is valid",
-        text,
-        judgement_table(found),
-        charts=[ratio_chart(main)] if main.trusted else [],
-        maps=error_maps(main),
+def all_rows(rows: Sequence[Row]) -> list[ReportSection]:
+    """Return the folded sections with all rows, and with the errors of each output in its unit."""
+    if not rows:
+        return []
+    text = " ".join([WORDS, "The width is the mean bound over the usual level.", *failures(rows)])
+    return folded(
+        [
+            ReportSection("All that was measured", text, row_table(rows)),
+            ReportSection(
+                "Errors of each output", "In the units of the outputs.", output_table(rows)
+            ),
+        ]
     )
 
 

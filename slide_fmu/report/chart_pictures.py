@@ -43,6 +43,9 @@ HEIGHTS = {"tall": 2.8, "short": 1.8, "square": 4.5}
 COLOURS = 24
 """Colours of a picture: about ten lines and inks, with steps between them and white."""
 
+MOST_NAMED = 8
+"""Largest number of points that are named below a logarithmic axis."""
+
 DPI = 96
 """Pixels per inch."""
 
@@ -81,11 +84,20 @@ def _draw_panel(ax: Axes, panel: Panel, chart: Chart) -> None:
         ax.axvline(mark, color=INKS["cursor"], lw=0.8, ls=":")
     if chart.axis.log:
         ax.set_xscale("log")
+        _name_points(ax, panel)
     if panel.log:
         ax.set_yscale("log")
     ax.set_ylabel(labelled(panel.title, panel.unit))
     if any(line.name for line in panel.lines):
-        ax.legend(loc="upper right", fontsize=8)
+        ax.legend(loc="best" if panel.log else "upper right", fontsize=8)
+
+
+def _name_points(ax: Axes, panel: Panel) -> None:
+    """Write the places of few points below a logarithmic axis, which has few round ones."""
+    places = np.unique(np.concatenate([line.x for line in panel.lines]))
+    if len(places) <= MOST_NAMED:
+        ax.set_xticks(places, [f"{place:.3g}" for place in places])
+        ax.set_xticks([], minor=True)
 
 
 def _draw_band(ax: Axes, band: Band) -> None:

@@ -1,19 +1,16 @@
-"""This module makes tables of errors by output, in the plain call, at rest and by parameters."""
+"""This module makes tables of errors by output, of times, and of errors by parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.report.table import ReportTable
-from slide_fmu.validation.box import TITLES
 from slide_fmu.validation.error_figures import (
-    BoxFigures,
     OutputFigures,
     ParameterFigures,
     ParameterPoint,
-    PlainCallFigures,
     Timing,
     ValidationFigures,
 )
@@ -71,11 +68,21 @@ def _accuracy_cells(output: OutputFigures) -> tuple[str, ...]:
     )
 
 
-def short_accuracy_table(validation: ValidationFigures) -> ReportTable:
-    """Return the errors of every output of one validation, as a console shows them."""
-    return accuracy_table({"": validation}).columns(
-        "output", SIZE, "RMSE", RELATIVE, KNOWN, "largest error", PLAIN
-    )
+def noise_sentences(outputs: Iterable[OutputFigures]) -> list[str]:
+    """Say how much of the errors on records is noise of what was measured, where it is known."""
+    return [
+        _noise(output, output.relative_noise_floor)
+        for output in outputs
+        if output.relative_noise_floor is not None
+    ]
+
+
+def _noise(output: OutputFigures, floor: float) -> str:
+    """Say how much of an error on a record is noise, and how much comes from the window."""
+    noise = f"{output.name}: {percent(floor)} is noise"
+    if output.free_relative_rmse is None:
+        return noise
+    return f"{noise}; free of the window the error is {percent(output.free_relative_rmse)}"
 
 
 def timing_table(timing: Timing) -> ReportTable:
@@ -86,55 +93,6 @@ def timing_table(timing: Timing) -> ReportTable:
     return ReportTable.of(
         ("median; of the FMU: set, doStep and get through fmpy", "per step"), rows
     )
-
-
-def plain_call_table(found: PlainCallFigures) -> ReportTable:
-    """Return the errors of the plain call; columns of what was not measured are left out."""
-    heading = (
-        "output",
-        "smooth inputs",
-        "worst smooth motion",
-        "inputs as in the training",
-        "inputs known to the step's end",
-        "covered by the bound under smooth inputs",
-        "smooth inputs, which are held for a step",
-    )
-    rows = (
-        (
-            output.name,
-            *map(
-                percent_or_nothing,
-                (
-                    output.smooth,
-                    output.smooth_worst,
-                    output.rough,
-                    output.known_to_step_end,
-                    output.smooth_covered,
-                    output.smooth_if_held,
-                ),
-            ),
-        )
-        for output in found.outputs
-    )
-    title = "plain call, fmpy.simulate_fmu(fmu, input=table, output_interval=STEP): relative RMSE"
-    return ReportTable.of(heading, rows, title).without_empty_columns()
-
-
-def box_table(found: BoxFigures) -> ReportTable:
-    """Return the errors at constant inputs."""
-    heading = "inputs", "output", "relative RMSE", "largest error", "covered by the bound"
-    rows = (
-        (
-            f"{TITLES[name]} ({group.points} points)",
-            output.name,
-            percent(output.relative_rmse),
-            quantity(output.largest_error, output.unit),
-            percent_or_nothing(output.covered),
-        )
-        for name, group in found.groups.items()
-        for output in group.outputs
-    )
-    return ReportTable.of(heading, rows).without_empty_columns()
 
 
 def parameter_table(found: ParameterFigures) -> ReportTable:

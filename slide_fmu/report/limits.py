@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import ratio_text
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.importer_sections import loop_sentences
+from slide_fmu.report.loop_sections import loop_sentences
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.trust_sentences import bound_sentences, search_sentence
+from slide_fmu.report.trust_sections import bound_sentences
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.row import SEARCH, Row
 
 UNUSABLE = 0.2
 """Relative RMSE beyond the range above which a limit is given."""
@@ -79,11 +83,21 @@ def limits(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) ->
             f"Error bounds, in_domain and trusted count from {judged:.6g} s after the start on, "
             "when error_bound_filled is 1; before, trusted is false if there is such an output."
         )
-        in_range = None if measured is None else measured.in_range
-        found += bound_sentences(recipe, surrogate, in_range)
+        found += bound_sentences(recipe, surrogate)
     if measured is None:
         return [*found, "The error of this surrogate has not been measured."]
     return [*found, *_measured_limits(measured)]
+
+
+def search_sentences(rows: Sequence[Row]) -> list[str]:
+    """Say what the search for unnoticed errors has found, if there was one."""
+    return [
+        f"A search within the ranges of the inputs, from {row.trajectories} unseen trajectories, "
+        f"found an error of {ratio_text(row.over_bound)} times its bound of 95 % while trusted is "
+        "true."
+        for row in rows
+        if row.group == SEARCH and row.over_bound is not None and row.is_at("plain", 1.0)
+    ]
 
 
 def _measured_limits(measured: RunFigures) -> list[str]:
@@ -95,7 +109,6 @@ def _measured_limits(measured: RunFigures) -> list[str]:
             f"{largest:g} times the trained amplitude."
         )
     found += loop_sentences(measured.loops)
-    if measured.adversarial is not None:
-        found.append(search_sentence(measured.adversarial))
+    found += search_sentences(measured.rows)
     remarks = [*(measured.record_remarks or ()), *filter(None, [measured.remark])]
     return found + [f"{remark[0].upper()}{remark[1:]}." for remark in remarks]

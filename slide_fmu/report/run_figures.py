@@ -15,13 +15,11 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.stability import StabilityFigures
 from slide_fmu.validation.error_figures import (
-    BoxFigures,
     LoopFigures,
-    PlainCallFigures,
     ResponseFigures,
     ValidationFigures,
 )
-from slide_fmu.validation.trust_figures import SearchFigures
+from slide_fmu.validation.row import Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +39,7 @@ class RunFigures:
         sizes_tried: sizes that a search has tried; None without a known training.
         remark: remarks on training and error.
         record_remarks: remarks on records.
-        plain_call, box, adversarial: further measurements in range.
+        rows: all inputs that were measured, in all calls and at all communication steps.
         loops: how errors grow in the loops of the recipe.
     """
 
@@ -58,9 +56,7 @@ class RunFigures:
     remark: str | None = None
     learning_curve: Curve | None = optional()
     record_remarks: tuple[str, ...] | None = optional()
-    plain_call: PlainCallFigures | None = optional()
-    box: BoxFigures | None = optional()
-    adversarial: SearchFigures | None = optional()
+    rows: tuple[Row, ...] = optional(())
     loops: tuple[LoopFigures, ...] = optional(())
 
     def dump(self) -> Any:

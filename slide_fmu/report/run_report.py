@@ -14,22 +14,21 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report import accuracy_sections, learning_sections
 from slide_fmu.report.accuracy_sections import response_section
 from slide_fmu.report.html_report import Report, ReportSection, folded, remark_sections
-from slide_fmu.report.importer_sections import box_sections, loop_sections, plain_call_sections
+from slide_fmu.report.loop_sections import loop_sections
+from slide_fmu.report.origin_sections import origin_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import search_sections
-from slide_fmu.report.verdict import Subject
-from slide_fmu.report.verdict_facts import verdict_of
+from slide_fmu.report.verdict_facts import Subject, verdict_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
-from slide_fmu.validation.error_figures import BoxFigures, PlainCallFigures, ResponseFigures
+from slide_fmu.validation.error_figures import ResponseFigures
 from slide_fmu.validation.loop_gain import loop_figures
 from slide_fmu.validation.response import is_affine
 from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import IN_RANGE
-from slide_fmu.validation.tries import TriedInputs
-from slide_fmu.validation.trust_figures import SearchFigures
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +42,8 @@ class RunMeasurement:
         tests: of fading memory and boundedness.
         sizing: memory of the system, and the part that the window truncates.
         curve: the learning curve by which the number of trajectories was found.
-        plain_call, box, search: further measurements in range.
-        attacks: results of the search; empty where its figures were known before.
-        tried: inputs as users set them, likewise.
+        rows: all that was measured, by inputs, call and communication step.
+        attacks: results of the search for unnoticed errors; empty if it was not done now.
         remarks: on trajectories beyond the range.
     """
 
@@ -55,11 +53,8 @@ class RunMeasurement:
     tests: tuple[AmplitudeTest, ...]
     sizing: AnySizing
     curve: Curve
-    plain_call: PlainCallFigures | None
-    box: BoxFigures | None
-    search: SearchFigures | None
+    rows: tuple[Row, ...]
     attacks: Sequence[Attack]
-    tried: TriedInputs
     remarks: tuple[str, ...]
 
 
@@ -89,9 +84,7 @@ def run_figures(
         stability=stability_figures(found.tests),
         no_error_estimate=next((text for text in useless if text), None),
         learning_curve=found.curve if found.curve.points and found.histories else None,
-        plain_call=found.plain_call,
-        box=found.box,
-        adversarial=found.search,
+        rows=found.rows,
         loops=loop_figures(
             case.recipe, surrogate, source, found.validations[IN_RANGE].comparisons
         ),
@@ -165,7 +158,7 @@ def run_report(
         f"{recipe.name}: surrogate FMU",
         recipe.description,
         figures,
-        _sections(found, figures, response),
+        [*_sections(found, figures, response), *origin_sections(found.surrogate, recipe)],
         verdict=verdict_of(figures, Subject.of(found.surrogate)),
     )
 
@@ -175,7 +168,7 @@ def _sections(
 ) -> list[ReportSection]:
     """Return all sections of the report of a run."""
     surrogate, curve = found.surrogate, figures.learning_curve
-    details = [*plain_call_sections(figures.plain_call), *box_sections(figures.box), *response]
+    details = [*response]
     if found.tests:
         details.append(learning_sections.stability_section(found.tests, surrogate.window.step))
     details.append(learning_sections.sizing_section(found.sizing))
@@ -186,10 +179,9 @@ def _sections(
         details.append(learning_sections.sizes_section(sizes, figures.remark))
     if curve is not None:
         details.append(learning_sections.curve_section(curve))
-    if figures.adversarial is not None:
-        details += search_sections(figures.adversarial, found.attacks, found.tried, surrogate)
+    details += search_sections(found.attacks, surrogate)
     return [
-        *accuracy_sections.validation_sections(found.validations),
+        *accuracy_sections.validation_sections(found.validations, found.rows),
         *loop_sections(figures.loops),
         *remark_sections(figures.record_remarks or ()),
         *folded(details),

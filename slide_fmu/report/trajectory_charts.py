@@ -13,6 +13,7 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
 from slide_fmu.recipe.model_rules import rules_of
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 
@@ -171,6 +172,11 @@ def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     return parts_of(chosen.trust.flagged[part], chosen.time[part])
 
 
+def words_of_flag(surrogate: Surrogate) -> str:
+    """Say what the FMU reports of samples that it flags, for legends."""
+    return "not trusted (trusted is false)" if surrogate.bound is not None else ""
+
+
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:
     """Return the parts, from a time to a time in s, in which flags of samples are set, (N,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).reshape(-1, 2)
@@ -203,22 +209,6 @@ def own_line(x: FloatArray, y: FloatArray) -> Line:
 def _over_range(signal: Signal, values: FloatArray) -> FloatArray:
     middle, half = 0.5 * (signal.low + signal.high), 0.5 * (signal.high - signal.low)
     return np.asarray((values - middle) / half)
-
-
-def charts_side_by_side(validation: Validation, output: int) -> list[Chart]:
-    """Draw an output on the median and the worst trajectory, around the largest error of each."""
-    found = []
-    for title, chosen in reversed(ranked(validation, output).items()):
-        step = chosen.time[1] - chosen.time[0] if len(chosen.time) > 1 else 1.0
-        part = around_worst(chosen, output, min(round(SHOWN_SECONDS / step), SHOWN_SAMPLES))
-        panels = [
-            inputs_panel(validation, chosen.time[part], chosen.inputs[part]),
-            outputs_panel(validation, chosen, part, output),
-            error_panel(validation, chosen, part, output),
-        ]
-        kind = name_of_motion(validation, chosen)
-        found.append(Chart(f"{title} ({kind}),", panels, text="around its largest error"))
-    return found
 
 
 def _trajectory_chart(

@@ -2,22 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
+from slide_fmu.report.row_tables import length_of
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import speed_text
-from slide_fmu.report.validity import is_valid
-from slide_fmu.report.verdict import MISSING, Subject, verdict, worst_output
-from slide_fmu.validation.error_figures import (
-    PlainCallFigures,
-    Timing,
-    ValidationFigures,
-    worst_of,
-)
-from slide_fmu.validation.trust_figures import BoundFigures
+from slide_fmu.report.verdict import call_of, main_rows, verdict
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.error_figures import Timing
+from slide_fmu.validation.row import ALL, Call, Row
+from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
+
+MISSING = 0.02
+"""A bound that covers less than its confidence by more than this is no longer what it promises."""
+
+CONFIDENCE = 0.95
+"""The confidence of the bounds of rows."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A Subject holds the properties of an FMU that its verdict needs.
+
+    Attributes:
+        memory: time in s for which its outputs depend on an input.
+        step: the surrogate's own step in s.
+    """
+
+    memory: float
+    step: float
+
+    @classmethod
+    def of(cls, surrogate: Surrogate) -> Subject:
+        """Return the properties of a surrogate that its verdict needs."""
+        step = surrogate.window.step
+        return cls(surrogate.network.memory_length * step, step)
 
 
 def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
@@ -37,78 +60,51 @@ def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
         ),
         ("Make it again", measured.command),
     ]
-    unseen = [one for one in measured.validation.values() if one.held_out]
-    facts = facts_of(found, measured.plain_call, subject, unseen)
-    return Verdict(verdict(measured, subject), facts, commands)
+    facts = facts_of(measured.rows, found.timing, subject)
+    return Verdict(verdict(measured.rows), facts, commands)
 
 
-def facts_of(
-    found: ValidationFigures,
-    call: PlainCallFigures | None,
-    subject: Subject,
-    unseen: Sequence[ValidationFigures] = (),
-) -> list[Fact]:
-    """Return the numbers of one validation: error, bound, validity, speed and memory.
-
-    The validity also counts the kinds of input of ``unseen``, which no training saw.
-    """
+def facts_of(rows: Sequence[Row], timing: Timing, subject: Subject) -> list[Fact]:
+    """Return the large numbers of a verdict: error, bound, trust, validity, speed and memory."""
+    call = call_of(rows)
+    own = next(iter(main_rows(rows, call)), None)
     facts = [
-        _error(found, call),
-        _bound(found.error_bound),
-        _validity(_judged(found), [kind for one in unseen for kind in _judged(one)]),
-        _speed(found.timing),
+        *([] if own is None else _of_row(own, call)),
+        _validity([row for row in rows if row.is_at(call, 1.0)]),
+        _speed(timing),
         Fact("Memory", f"{subject.memory:.3g} s", "Outputs depend on inputs no older than this."),
     ]
     return [fact for fact in facts if fact is not None]
 
 
-def _error(found: ValidationFigures, call: PlainCallFigures | None) -> Fact:
-    """Return the error of the worst output in the plain call."""
-    rough = None if call is None else call.worst("rough")
-    plain = worst_of(output.plain_relative_rmse for output in found.outputs)
-    error = rough if rough is not None else found.worst if plain is None else plain
-    smooth = None if call is None else call.worst("smooth")
-    of_output = "" if len(found.outputs) == 1 else " of the worst output"
-    named = None if call is None else worst_output(call)
-    others = "" if named is None else named[2]
-    of_output = of_output if named is None else f" of {named[0]}"
-    text = f"Relative RMSE{of_output} in the plain call, on unseen inputs{others}."
-    if smooth is not None:
-        text += f" Under smooth inputs: {percent(smooth)}."
-    return Fact("Error", percent(error), text)
+def _of_row(row: Row, call: Call) -> list[Fact]:
+    """Return the numbers of all inputs in range, in the call of an importer."""
+    where = "in the plain call" if call == "plain" else "with known inputs"
+    of_output = "" if len(row.outputs) == 1 else " of the worst output"
+    text = f"Relative RMSE{of_output} {where} at {length_of(row)}, on unseen inputs."
+    found = [Fact("Error", percent(row.error), text)]
+    if row.covered is not None:
+        good = row.covered >= CONFIDENCE - MISSING
+        below = f"This part of the samples lies below the error bound of {percent(CONFIDENCE)}."
+        found.append(Fact("Bound", percent(row.covered), below, good))
+    if row.trusted is not None:
+        found.append(Fact("Trusted", percent(row.trusted), "Here the FMU says that it is right."))
+    return found
 
 
-def _bound(found: BoundFigures | None) -> Fact | None:
-    """Return the least covered share of samples, of all outputs and both ways of calling."""
-    if found is None:
-        return None
-    known = min(output.coverage for output in found.outputs)
-    plain = known if found.plain is None else min(found.plain.coverage)
-    least = min(known, plain)
-    text = f"This part of the samples lies below the error bound of {percent(found.confidence)}"
-    if least < known:
-        text += f" in the plain call. With inputs known to the step's end: {percent(known)}"
-    return Fact("Bound", percent(least), f"{text}.", least >= found.confidence - MISSING)
-
-
-def _judged(found: ValidationFigures) -> list[bool]:
-    """Return for each kind of inputs that was measured whether the FMU is valid for it."""
-    bound = found.error_bound
-    return [] if bound is None else [is_valid(k.harm) for k in bound.excitations if k.harm]
-
-
-def _validity(trained: list[bool], unseen: list[bool]) -> Fact | None:
+def _validity(rows: Iterable[Row]) -> Fact | None:
     """Return how many kinds of inputs the FMU is valid for; of unseen kinds none is expected."""
-    if not trained:
+    judged = [row for row in rows if row.valid is not None and row.inputs != ALL]
+    if not judged:
         return None
-    value = f"{sum(trained + unseen)} of {len(trained + unseen)}"
-    text = "Valid for these kinds of input, of those that were measured."
-    if unseen:
-        text = "Valid for these kinds of input, of those that were measured: "
-        text += f"{sum(trained)} of {len(trained)} kinds of its training, "
-        text += f"{sum(unseen)} of {len(unseen)} others."
-    good = None if all(trained) and not all(unseen) else all(trained)
-    return Fact("Validity", value, text, good)
+    learnt = [bool(row.valid) for row in judged if row.group == IN_RANGE]
+    good = [bool(row.valid) for row in judged if row.group not in (BEYOND, HELD_OUT)]
+    value = f"{sum(bool(row.valid) for row in judged)} of {len(judged)}"
+    text = (
+        "Valid for these kinds of input, of those that were measured: "
+        f"{sum(learnt)} of {len(learnt)} kinds of its training."
+    )
+    return Fact("Validity", value, text, all(good))
 
 
 def _speed(found: Timing) -> Fact:

@@ -11,8 +11,7 @@ so there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,14 +20,10 @@ from slide_fmu.core.signals import FloatArray, on_circles
 from slide_fmu.data.draws import TEST, Draw, Stream, first_that_runs
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.attacked import AttackedRun, MeasuredInputs, Target
-from slide_fmu.validation.tries import TriedInputs
-from slide_fmu.validation.trust import BROKEN
-from slide_fmu.validation.trust_figures import SearchFigures
 
 CHILDREN = 100
 """Number of changes that are tried from each start."""
@@ -47,12 +42,10 @@ class Attack:
     Attributes:
         before: largest error over its bound where it is trusted, at the start and at the usual
             confidence.
-        after_highest: the same at the end, over the bound of the highest confidence.
         found: the inputs at the end, measured.
     """
 
     before: float
-    after_highest: float
     found: MeasuredInputs
 
     @property
@@ -95,25 +88,6 @@ def _target(
     return first_that_runs(recipe, system, stream, index, run)
 
 
-def search_figures(
-    attacks: Sequence[Attack], surrogate: Surrogate, tried: TriedInputs
-) -> SearchFigures:
-    """Return the figures of a search, and of the inputs that were tried as users set them."""
-    assert surrogate.bound is not None
-    return SearchFigures(
-        starts=len(attacks),
-        changes_tried=CHILDREN,
-        confidences=(USUAL_CONFIDENCE, surrogate.bound.confidences[-1]),
-        before=tuple(found.before for found in attacks),
-        after=tuple(found.after for found in attacks),
-        after_highest=tuple(found.after_highest for found in attacks),
-        broken=sum(found.after > BROKEN for found in attacks),
-        broken_at_highest=sum(found.after_highest > BROKEN for found in attacks),
-        tries=tuple(one.figures for one in tried.worst_first),
-        failed_tries=tried.failed,
-    )
-
-
 def search(target: Target, rng: np.random.Generator) -> Attack:
     """Search from the trajectory of a target; the result is measured on the whole trajectory.
 
@@ -151,10 +125,7 @@ def _tried(
 
 def _attack(target: Target, inputs: FloatArray, before: float) -> Attack:
     """Measure errors and bounds on the inputs that a search has found."""
-    found, surrogate = target.measured(target.run(inputs)), target.surrogate
-    assert surrogate.bound is not None
-    highest = surrogate.error_bounds(inputs, surrogate.bound.confidences[-1])
-    return Attack(before, replace(found, bounds=highest).ratio, found)
+    return Attack(before, target.measured(target.run(inputs)))
 
 
 def _changed(

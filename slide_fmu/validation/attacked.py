@@ -43,6 +43,11 @@ class MeasuredInputs:
     first: int
 
     @property
+    def drawn(self) -> Draw:
+        """The inputs as a trajectory without a burn-in."""
+        return Draw(0, 1.0, None, self.inputs, 0)
+
+    @property
     def ratios(self) -> FloatArray:
         """Errors over their bounds, (N, n_outputs); 0 where they do not count or are flagged."""
         found = self.errors / self.bounds

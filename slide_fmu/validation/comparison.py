@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.validation.calls import MeasuredMotion
 from slide_fmu.validation.trust import TrustOutputs
 
 
@@ -58,6 +59,7 @@ class Comparison:
         trust: bounds and domain of the FMU, or None.
         first_trusted: the first sample at which bound and domain count.
         plain_answer: with a first-order hold, all results of the FMU in the run of ``plain``.
+        motion: inputs as a function of time, and all true outputs, of which rows are made.
     """
 
     kind: int
@@ -76,6 +78,7 @@ class Comparison:
     trust: TrustOutputs | None = None
     first_trusted: int = 0
     plain_answer: FmuAnswer | None = None
+    motion: MeasuredMotion | None = None
 
     def in_plain_call(self) -> Comparison | None:
         """Return the comparison of an importer that sets u(t); None with a zero-order hold."""

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from slide_fmu.core.figures import optional, spread
-from slide_fmu.core.signals import Hold
-from slide_fmu.validation.trust_figures import BoundFigures
+from slide_fmu.validation.row import Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +31,8 @@ class OutputFigures:
     """These are the errors of one output.
 
     Attributes:
-        p95_error: 95 % quantile of the absolute errors, as an importer runs the FMU.
+        usual_level: 95 % quantile of the absolute errors with known inputs. In range, it is what
+            harmful errors are compared with.
         relative_rmse_of_trajectories: relative RMSE of the trajectories one by one.
         model_relative_rmse: error of the model that made the data, where the reference is another.
         plain_relative_rmse: error where an importer sets moving inputs to their present values.
@@ -46,7 +46,7 @@ class OutputFigures:
     rmse: float
     relative_rmse: float
     max_error: float
-    p95_error: float
+    usual_level: float
     relative_rmse_of_trajectories: Quantiles
     model_relative_rmse: float | None = optional()
     plain_relative_rmse: float | None = optional()
@@ -206,100 +206,6 @@ class ParameterFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlainOutput:
-    """These are the errors of an output in the plain call.
-
-    Errors whose name ends in ``_rmse`` are in the output's unit, all others are relative.
-
-    Attributes:
-        smooth: under sums of sines.
-        smooth_worst: largest error of one such motion, relative to its own truth.
-        smooth_covered: part of the samples under smooth inputs that the error bound covers.
-        rough: under the recipe's kinds of excitation.
-        known_to_step_end: with moving inputs that are known to the step's end.
-        smooth_if_held: where inputs are held, the error if the user's inputs are smooth: the
-            effect of the delay of half a step, and the FMU's own error.
-    """
-
-    name: str
-    unit: str
-    smooth: float | None
-    smooth_worst: float | None = None
-    smooth_rmse: float | None
-    smooth_covered: float | None = None
-    rough: float
-    rough_rmse: float
-    known_to_step_end: float | None
-    smooth_if_held: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlainCallFigures:
-    """These are the errors of the plain call.
-
-    Attributes:
-        late_s: time in s by which smooth inputs are late; None where they are not.
-        smooth_hz: band of the smooth inputs; None where they were not measured.
-        sentence: the largest errors in words.
-    """
-
-    hold: Hold
-    late_s: float | None
-    outputs: tuple[PlainOutput, ...]
-    smooth_hz: tuple[float, float] | None
-    sentence: str
-
-    def worst(self, key: PlainError) -> float | None:
-        """Return the largest error of a name; None where no output has it."""
-        return worst_of(getattr(output, key) for output in self.outputs)
-
-
-PlainError = Literal[
-    "smooth", "smooth_worst", "smooth_covered", "rough", "known_to_step_end", "smooth_if_held"
-]
-"""Names of the relative errors of the plain call."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RestOutput:
-    """These are the errors of an output where inputs are constant."""
-
-    name: str
-    unit: str
-    relative_rmse: float
-    largest_error: float
-    covered: float | None = optional()
-
-
-@dataclass(frozen=True, kw_only=True)
-class RestFigures:
-    """These are the errors at points of the inputs, and where the reference failed."""
-
-    points: int
-    outputs: tuple[RestOutput, ...]
-    failed: tuple[str, ...] = optional(())
-
-    @property
-    def worst(self) -> float:
-        """The largest relative RMSE of the outputs."""
-        return max(output.relative_rmse for output in self.outputs)
-
-
-@dataclass(frozen=True, kw_only=True)
-class BoxFigures:
-    """These are the errors at constant inputs: at the corners of their ranges, and inside."""
-
-    corners: RestFigures | None = optional()
-    steady: RestFigures | None = optional()
-
-    @property
-    def groups(self) -> dict[str, RestFigures]:
-        """Both groups of points by name, as far as they were measured."""
-        both = {"corners": self.corners, "steady": self.steady}
-        return {name: group for name, group in both.items() if group is not None}
-
-
-@dataclass(frozen=True, kw_only=True)
 class ResponseFigures:
     """These are deviations of a learnt response matrix from the exact one, and from causality."""
 
@@ -307,6 +213,19 @@ class ResponseFigures:
     max_deviation_relative: float
     max_above_diagonal: float
     max_above_diagonal_relative: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToleranceRow:
+    """These are the tolerances of all outputs with which a share of samples is not trusted.
+
+    Attributes:
+        alarms: the share, of samples in range.
+        tolerances: in the outputs' units; None where domain and ranges alone give more alarms.
+    """
+
+    alarms: float
+    tolerances: tuple[float, ...] | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -318,7 +237,8 @@ class ValidationFigures:
         left_out: errors of the system on trajectories beyond the range.
         amplitude: range of the factor on the excitation's amplitude.
         held_out: whether the kinds of excitation are those that the recipe holds out.
-        plain_call, box: errors of the plain call and at constant inputs, of a validation in range.
+        tolerances: of error bounds, by the share of false alarms; in range alone.
+        rows: of this validation where it was made alone; a run has the rows of all together.
     """
 
     fmu: str
@@ -331,11 +251,10 @@ class ValidationFigures:
     outputs: tuple[OutputFigures, ...]
     excitations: tuple[KindFigures, ...]
     error_estimate: EstimateFigures | None
-    error_bound: BoundFigures | None = optional()
     timing: Timing
     parameters: ParameterFigures | None = optional()
-    plain_call: PlainCallFigures | None = optional()
-    box: BoxFigures | None = optional()
+    tolerances: tuple[ToleranceRow, ...] = optional(())
+    rows: tuple[Row, ...] = optional(())
 
     @property
     def worst(self) -> float:

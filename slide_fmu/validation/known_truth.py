@@ -12,7 +12,9 @@ from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.data.draws import Draw
 from slide_fmu.fmu.description.variables import AT_STEP_END, HELD, IN_DOMAIN, NOVELTY, TRUSTED
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.calls import MeasuredMotion
 from slide_fmu.validation.comparison import Comparison, FmuAnswer
+from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.trust import TrustOutputs
 
 
@@ -76,6 +78,13 @@ def compare_with_truth(
         trust=at_once.trust,
         first_trusted=max(0, filling - first),
         plain_answer=plain,
+        motion=MeasuredMotion(
+            course_of(drawn, surrogate.inputs, step, surrogate.planned),
+            truth,
+            step,
+            first * step,
+            known,
+        ),
     )
 
 

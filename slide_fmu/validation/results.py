@@ -12,7 +12,6 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import (
@@ -25,17 +24,11 @@ from slide_fmu.validation.error_figures import (
     Quantiles,
     SpeedFigures,
     Timing,
+    ToleranceRow,
     ValidationFigures,
 )
 from slide_fmu.validation.task import Task
-from slide_fmu.validation.trust import (
-    deviation_of,
-    domain_figures,
-    harm_of,
-    output_bound,
-    tolerance_rows,
-)
-from slide_fmu.validation.trust_figures import BoundFigures, Covered, Harm, KindBound, ToleranceRow
+from slide_fmu.validation.trust import deviation_of, tolerance_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +40,11 @@ class Validation:
         comparisons: the trajectories; with physical parameters, each has unseen values of them.
         corners: one more trajectory at each corner of the parameters' box, which the other
             figures do not count; empty without parameters.
-        usual: 95 % quantile of the absolute errors in range, (n_outputs,), where it is known.
         left_out: errors of the system on trajectories beyond the range, which are left out.
+        speed: the comparison of times at equal accuracy, where it was made.
         noise: RMS of the noise of the measured outputs, (n_outputs,); None of a simulated
             reference, or where it is not known.
-        speed: the comparison of times at equal accuracy, where it was made.
+        between_known: whether it is known what inputs do between samples; of records it is not.
     """
 
     task: Task
@@ -59,10 +52,15 @@ class Validation:
     recipe: Recipe
     comparisons: tuple[Comparison, ...]
     corners: tuple[Comparison, ...] = ()
-    usual: FloatArray | None = None
     left_out: tuple[str, ...] = ()
     noise: FloatArray | None = None
     speed: SpeedFigures | None = None
+    between_known: bool = True
+
+    @property
+    def in_range(self) -> bool:
+        """Tell whether trajectories are like those of the training and calibration."""
+        return self.task.amplitude == (1.0, 1.0) and not self.task.held_out
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:
@@ -79,8 +77,11 @@ class Validation:
         return tuple(p or c for p, c in zip(plain, self.comparisons, strict=True))
 
     def usual_error(self) -> FloatArray:
-        """Return the 95 % quantile of the absolute errors, (n_outputs,)."""
-        _, error = _joined(self.used)
+        """Return the 95 % quantile of the absolute errors with known inputs, (n_outputs,).
+
+        In range, it is the usual level to which all errors are compared.
+        """
+        _, error = _joined(self.comparisons)
         return np.asarray(np.quantile(np.abs(error), 0.95, axis=0))
 
     @property
@@ -114,9 +115,9 @@ class Validation:
             outputs=tuple(self._output(index) for index in range(len(self.surrogate.outputs))),
             excitations=tuple(self._excitations()),
             error_estimate=self._estimate(),
-            error_bound=self._bound(),
             timing=self._timing(),
             parameters=self._of_parameters(),
+            tolerances=self._tolerances(),
         )
 
     def _of_parameters(self) -> ParameterFigures | None:
@@ -161,7 +162,7 @@ class Validation:
             rmse=float(rms(error)[index]),
             relative_rmse=float(self.relative(error, reference)[index]),
             max_error=float(np.max(np.abs(error[:, index]))),
-            p95_error=float(self.usual_error()[index]),
+            usual_level=float(self.usual_error()[index]),
             relative_rmse_of_trajectories=_quantiles(single),
             model_relative_rmse=relative_of([c.model for c in self.comparisons]),
             plain_relative_rmse=relative_of([c.plain for c in self.comparisons]),
@@ -220,39 +221,10 @@ class Validation:
             if np.any(errors[:, index] > 0)  # relative to no error at all, nothing deviates
         )
 
-    def _bound(self) -> BoundFigures | None:
-        """Return how far bound and domain can be trusted; None without a bound."""
-        trusted = self.trusted
-        answers = [c.trust for c in trusted if c.trust is not None]
-        if self.surrogate.bound is None or not answers:
-            return None
-        outputs = []
-        for index, signal in enumerate(self.surrogate.outputs):
-            errors = [np.abs(c.error[:, index]) for c in trusted]
-            outputs.append(
-                output_bound(signal.name, errors, [t.bounds[:, index] for t in answers])
-            )
-        plain = [c.in_plain_call() for c in self.comparisons]
-        moving = None not in plain
-        in_plain_call = _where_trusted([c for c in plain if c is not None])
-        return BoundFigures(
-            confidence=USUAL_CONFIDENCE,
-            outputs=tuple(outputs),
-            **vars(domain_figures(answers)),
-            plain=self._covered(in_plain_call) if moving else None,
-            known_to_step_end=(
-                self._covered(_where_trusted(self.comparisons)) if moving else None
-            ),
-            harm=self._harm_of(trusted),
-            excitations=tuple(self._bounds_by_kind()),
-            tolerances=self._tolerances(),
-        )
-
     def _tolerances(self) -> tuple[ToleranceRow, ...]:
         """Return tolerances by false alarms, which only samples in range can show."""
         bound, surrogate = self.surrogate.bound, self.surrogate
-        in_range = self.task.amplitude == (1.0, 1.0) and not self.task.held_out
-        if bound is None or not in_range:
+        if bound is None or bound.tolerances is None or not self.in_range:
             return ()
         bounds, outside = [], []
         for c in self.trusted:
@@ -262,38 +234,10 @@ class Validation:
                 if surrogate.output_ranges is not None:
                     strayed = strayed | ~surrogate.outputs_in_range(c.surrogate)
                 outside.append(strayed)
+        if not bounds:
+            return ()
         every = np.concatenate(bounds), np.concatenate(outside)
         return tolerance_rows(*every, surrogate.error_tolerances)
-
-    def _harm_of(self, chosen: Sequence[Comparison]) -> Harm | None:
-        answers = [c.trust for c in chosen if c.trust is not None]
-        if self.usual is None:
-            return None
-        return harm_of([np.abs(c.error) for c in chosen], answers, self.usual)
-
-    def _covered(self, chosen: Sequence[Comparison]) -> Covered:
-        """Return how the bounds of some trajectories do."""
-        pairs = [(c.error, c.trust) for c in chosen if c.trust is not None]
-        shares = [np.abs(error) <= trust.bounds for error, trust in pairs]
-        return Covered(
-            coverage=tuple(np.concatenate(shares).mean(axis=0).tolist()),
-            untrusted=domain_figures([trust for _, trust in pairs]).untrusted,
-            harm=self._harm_of(chosen),
-        )
-
-    def _bounds_by_kind(self) -> Iterator[KindBound]:
-        for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
-            chosen = [c for c in self.trusted if c.kind == index]
-            shares = [(np.abs(c.error) <= c.trust.bounds).mean(axis=0) for c in chosen if c.trust]
-            if shares:
-                yield KindBound(
-                    name=motion.name,
-                    trajectories=len(chosen),
-                    coverage=tuple(np.mean(shares, axis=0).tolist()),
-                    lowest_coverage=tuple(np.min(shares, axis=0).tolist()),
-                    **vars(domain_figures([c.trust for c in chosen if c.trust])),
-                    harm=self._harm_of(chosen),
-                )
 
     def _timing(self) -> Timing:
         """Return times per step; with measured records only the FMU has one.

@@ -19,6 +19,7 @@ import pytest
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.surrogate.error_bound import CONFIDENCES
 from tests.acceptance.conftest import Finished, invoke, run_recipe
+from tests.acceptance.test_bounded_way import rows_at
 from tests.libraries import build_libraries
 from tests.limits import HANGS
 from tests.marks import needs_app
@@ -43,14 +44,15 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     return run_recipe(tmp_path_factory.mktemp("bounded"), "duffing_bounded", text, workers=2)
 
 
-def test_bound_holds_in_range_and_the_domain_is_hardly_left(finished: Finished) -> None:
-    inside = finished.figures["validation"]["in range"]["error_bound"]
-    (output,) = inside["outputs"]
-    assert output["coverage"] > 0.9
-    assert output["skill"] > 0.2
-    assert inside["flagged"] < 0.01
-    assert 0 < inside["untrusted"] < 0.07  # 0.04 of the calibration; few trajectories here
-    factors = [row["tolerances"][0] for row in inside["tolerances"]]
+def test_bound_holds_in_range_and_is_mostly_trusted(finished: Finished) -> None:
+    (row,) = rows_at(finished, "in range", "all kinds", 1.0)
+    (output,) = row["outputs"]
+    assert output["covered"] > 0.9
+    assert output["width"] < 1.5
+    assert 0.93 < row["trusted"] < 1  # 0.96 of the calibration; few trajectories here
+    assert row["silent"] < 0.01
+    tolerances = finished.figures["validation"]["in range"]["tolerances"]
+    factors = [row["tolerances"][0] for row in tolerances]
     assert len(factors) == 5
     assert factors == sorted(factors, reverse=True)
 
@@ -96,26 +98,24 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     folder = finished.fmu.parent
     page = (folder / "report.html").read_text(encoding="utf-8")
     drawn = []
-    for title in ("Error bound", "Error bound by kind of excitation", "The worst windows"):
+    for title in ("Error against communication step", "Error bound", "The worst windows"):
         (section,) = re.findall(rf"<h2>{title}</h2>(.*?)</section>", page, re.DOTALL)
         drawn.append(section.count("data-chart="))
-    assert drawn[:2] == [2, 1]
+    assert drawn[:2] == [1, 4]
     assert 1 <= drawn[2] <= 10
-    text = (folder / "card.md").read_text(encoding="utf-8")
-    assert "| valid | held_random: force takes random values of up to 1000 N, each for " in text
-    assert "<td>held_random: force takes random values of up to 1000 N, each for " in page
-    card = text.split("### Error bound")[1]
-    (output,) = finished.figures["validation"]["in range"]["error_bound"]["outputs"]
-    assert f"| in range | position | {100 * output['coverage']:.3g} % | " in card
-    assert "| in range | multisine | " in card
+    card = (folder / "card.md").read_text(encoding="utf-8")
+    (row,) = rows_at(finished, "in range", "all kinds", 1.0)
+    (line,) = [line for line in card.splitlines() if line.startswith("| in range |")]
+    assert f" {100 * row['outputs'][0]['covered']:.3g} % | " in line
+    assert "| held_random | " in card
+    assert "| multisine | " in card
 
 
 @needs_app("credentials")
 def test_credentials_have_the_bound(finished: Finished) -> None:
     with zipfile.ZipFile(finished.fmu) as archive:
         metadata = archive.read(METADATA).decode("utf-8")
-    assert 'keyword="error_bound"' in metadata
-    assert 'keyword="error_bound.excitations"' in metadata
+    assert 'keyword="accuracy.rows"' in metadata
     assert "Where in_domain is false" in metadata
     result = invoke("check", finished.fmu, "--json", "-")
     assert json.loads(result.stdout)["problems"] == []
@@ -140,14 +140,14 @@ def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
         "blocks_s": [0.015625, 0.125],
         "tolerances": surrogate.error_tolerances.tolist(),
     }
-    assert "false alarms on these trajectories" in invoke("info", finished.fmu).stdout
+    assert "trusted" in invoke("info", finished.fmu).stdout
 
 
-def test_validate_prints_coverage_and_how_often_the_domain_is_left(finished: Finished) -> None:
+def test_validate_prints_a_row_for_each_kind_and_the_verdict(finished: Finished) -> None:
     result = invoke("validate", finished.fmu, "--trajectories", 2, "--report", finished.runs / "v")
     assert result.exit_code == 0, result.output
-    assert "error bound, 95 % confidence" in result.output
-    assert re.search(r"outside of the domain: [\d.]+ % of the samples", result.output)
+    assert "plain call, h = 15.62 ms, h/4 = 3.906 ms" in result.output
+    assert re.search(r"in the plain call is [\d.]+ %", result.output)
     assert "<h2>Error bound</h2>" in (finished.runs / "v/report.html").read_text(encoding="utf-8")
 
 

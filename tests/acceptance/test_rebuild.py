@@ -17,7 +17,8 @@ from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import app_problems, with_origins
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.report.model_card import variable_table
+from slide_fmu.report.row_tables import kind_table
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.table import markdown
 from tests.marks import needs_app
 from tests.progress import no_stages
@@ -70,7 +71,9 @@ def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     found = read_fmu(fmu)[1] or {}
     assert found[WRITTEN_BY] == own_version()
     card = (folder / "README.md").read_text(encoding="utf-8")
-    assert markdown(variable_table(read_fmu(LINEAR)[0])) in card
+    measured = released_figures(found)
+    assert measured is not None
+    assert markdown(kind_table(measured.rows)) in card
     assert card_problems(fmu, *read_fmu(fmu)) == []
 
 
@@ -162,10 +165,10 @@ def test_fmu_that_is_measured_again_gets_figures_report_card_and_picture_of_now(
     (output,) = found["measured"]["validation"]["in range"]["outputs"]
     assert output["relative_rmse"] < 1e-5
     card = (folder / "README.md").read_text(encoding="utf-8")
-    assert "RMS of the reference about its mean" in card
+    assert "| in range | 2 |" in card
     assert "slide-fmu validate linear.fmu --trajectories 2 --seed 20260000" in card
     page = read_member(fmu, "documentation/index.html")
     assert page is not None
     assert b"2 trajectories" in page
-    assert (folder / "side_by_side.png").stat().st_size > 10_000
+    assert (folder / "error_against_step.png").stat().st_size > 5_000
     assert list(app_problems(fmu, surrogate, found)) == []

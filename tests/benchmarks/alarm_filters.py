@@ -28,7 +28,8 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import TrustOutputs, domain_figures, harm_of
+from slide_fmu.validation.trust import TrustOutputs
+from tests.benchmarks.bound_measures import domain_figures, harm_of
 
 SEED = 20290001
 FILTERS = ((1, 1), (2, 2), (2, 3), (3, 5), (5, 5), (5, 8), (1, 5), (1, 17))

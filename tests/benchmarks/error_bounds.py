@@ -32,7 +32,7 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import output_bound
+from tests.benchmarks.bound_measures import output_bound
 
 SPLITS, SEED, CONFIDENCE = 20, 20280001, 0.95
 CALIBRATING = 2 / 3

@@ -38,7 +38,8 @@ from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import TrustOutputs, harm_of, output_bound
+from slide_fmu.validation.trust import TrustOutputs
+from tests.benchmarks.bound_measures import harm_of, output_bound
 
 PARTS = "bound", "calibration", FURTHER
 NETWORKS = ("train", "validation", "estimator", "estimator_validation", "companion")

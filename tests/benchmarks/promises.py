@@ -36,7 +36,11 @@ from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
+from slide_fmu.report.run_figures import released_figures
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.constant_inputs import CORNERS
+from slide_fmu.validation.row import ALL, CONSTANT, SMOOTH, RowOutput
+from slide_fmu.validation.task import IN_RANGE
 from tests.own_models import pendulum_trolley, quarter_car_corner, two_tanks
 from tests.own_records import write_record
 
@@ -103,6 +107,18 @@ def measured_of(fmu: Path) -> dict[str, Any]:
     return dict(provenance["measured"])
 
 
+def printed_of(fmu: Path, group: str, inputs: str | None = None) -> list[RowOutput]:
+    """Return what was printed of the outputs under some inputs, in the plain call at h."""
+    measured = released_figures(read_fmu(fmu)[1])
+    assert measured is not None
+    (found,) = (
+        row
+        for row in measured.rows
+        if row.group == group and inputs in (None, row.inputs) and row.is_at("plain", 1.0)
+    )
+    return list(found.outputs)
+
+
 def released(name: str, motions: int) -> list[Row]:
     """Drive a released FMU by plain calls through motions of its kinds that nothing has seen."""
     fmu = ROOT / "fmus" / name / f"{name}.fmu"
@@ -122,9 +138,10 @@ def released(name: str, motions: int) -> list[Row]:
         truths.append(true[first:])
     true = np.concatenate(truths)
     got = rms(np.concatenate(errors)) / rms(true - true.mean(axis=0))
-    printed = measured_of(fmu)["plain_call"]["outputs"]
+    printed = printed_of(fmu, IN_RANGE, ALL)
+    called = f"{name}: fmpy.simulate_fmu(input=table)"
     return [
-        row(f"{name}: fmpy.simulate_fmu(input=table)", output, figure["rough"], float(error))
+        row(called, output, figure.relative_rmse, float(error))
         for output, figure, error in zip(outputs, printed, got, strict=True)
     ]
 
@@ -206,7 +223,7 @@ def pendulum(runs: Path, own_step: float | None = None) -> list[Row]:
     own = surrogate.window.step * np.arange(len(found))
     first = np.searchsorted(own, 60.0)
     rows = []
-    printed = measured_of(fmu)["plain_call"]["outputs"]
+    printed = printed_of(fmu, SMOOTH)
     for index, name in enumerate(outputs):
         truth = np.interp(own, true["time"], true[name])
         error = (found[:, index] - truth)[first:]
@@ -215,8 +232,8 @@ def pendulum(runs: Path, own_step: float | None = None) -> list[Row]:
         covered = float(np.mean(np.abs(error) <= bound))
         what = f"pendulum FMU by steps of {step:g} s, 0.9 and 3.1 rad/s: fmpy.simulate_fmu"
         figures = printed[index]
-        told = {"covered": covered, "covered_printed": figures["smooth_covered"]}
-        rows.append(row(what, name, figures["smooth_worst"], got, **told))
+        told = {"covered": covered, "covered_printed": figures.covered}
+        rows.append(row(what, name, figures.relative_rmse, got, **told))
     return rows
 
 
@@ -252,7 +269,7 @@ def corner(runs: Path) -> list[Row]:
     )  # fmt: skip
     first = len(times) // 2
     got = float(rms((found - truth)[first:, None])[0] / truth[first:].std())
-    printed = measured_of(fmu)["plain_call"]["outputs"][0]["smooth_worst"]
+    printed = printed_of(fmu, SMOOTH)[0].relative_rmse
     return [row("corner of a car, road and body move smoothly", "force", printed, got)]
 
 
@@ -284,9 +301,9 @@ def tanks(runs: Path) -> list[Row]:
     in_range = measured_of(fmu)["validation"]["in range"]["outputs"]
     size = np.array([output["rms_reference_about_mean"] for output in in_range])
     got = rms(np.concatenate(errors)) / size
-    printed = measured_of(fmu)["box"]["corners"]["outputs"]
+    printed = printed_of(fmu, CONSTANT, CORNERS)
     return [
-        row("two tanks, steady at all four corners", name, figure["relative_rmse"], float(error),
+        row("two tanks, steady at all four corners", name, figure.relative_rmse, float(error),
             covered=float(np.mean(covered, axis=0)[index]))
         for index, (name, figure, error) in enumerate(zip(outputs, printed, got, strict=True))
     ]  # fmt: skip

@@ -15,7 +15,9 @@ from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.trust import HARMFUL, TrustOutputs, harm_of
+from slide_fmu.validation.row import HARMFUL
+from slide_fmu.validation.trust import TrustOutputs
+from tests.benchmarks.bound_measures import harm_of
 
 UNIQUE = 0.01
 """A response counts as unique where motions from other initial states differ by less than this

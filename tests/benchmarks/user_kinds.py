@@ -72,7 +72,7 @@ def usual_errors(surrogate: Surrogate, found: Provenance, source: str) -> FloatA
             f"{source} has no figures of errors in range; expected a measured FMU: write it by "
             "slide-fmu run"
         )
-    by_name = {output["name"]: output["p95_error"] for output in figures["outputs"]}
+    by_name = {output["name"]: output["usual_level"] for output in figures["outputs"]}
     return np.array([by_name[signal.name] for signal in surrogate.outputs])
 
 

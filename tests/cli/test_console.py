@@ -17,42 +17,15 @@ import pytest
 from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, progress_bars
-from slide_fmu.report.console import print_validation
+from slide_fmu.report.console import print_noise, print_rows
 from slide_fmu.report.display import Messages
-from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.report.verdict import verdict
+from slide_fmu.validation.error_figures import OutputFigures
 from tests.figures import filled
 from tests.limits import HANGS
+from tests.report.made_rows import MEASURED, row
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
-FIGURES = {
-    "trajectories": 12,
-    "seed": 1,
-    "outputs": [
-        {
-            "name": "a_position_with_a_name_that_is_longer_than_any_narrow_terminal",
-            "unit": "m",
-            "rms_reference_about_mean": 1.0,
-            "rmse": 0.25,
-            "relative_rmse": 0.25,
-            "max_error": 0.5,
-        }
-    ],
-    "error_estimate": {
-        "span_samples": 8,
-        "without_floor": [
-            {
-                "name": "position",
-                "mean": 0.1,
-                "p95": 0.2,
-                "constant_mean": 0.3,
-                "constant_p95": 0.4,
-                "too_small_share": 0.05,
-                "too_small_factor": 1.5,
-                "rank_correlation": 0.9,
-            }
-        ],
-    },
-}
 
 
 def narrow(**more: str) -> dict[str, str]:
@@ -164,76 +137,24 @@ def test_progress_in_a_pipe_goes_on_where_the_work_turns_out_to_be_more(
 def test_table_and_its_heading_in_a_pipe_are_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    title = "unseen trajectories beyond the range that the training has seen, " * 4
-    print_validation(filled(ValidationFigures, **FIGURES), title, messages)
+    kind = "a kind of input that has a longer name than any narrow terminal " * 2
+    print_rows([*MEASURED, row(kind.strip())], messages)
     heading, *lines = messages.file.getvalue().splitlines()
-    assert heading == f"{title}: 12 trajectories, seed 1"
-    (row,) = [line for line in lines if FIGURES["outputs"][0]["name"] in line]
-    for cell in ("1 m", "250 mm", "25 %", "500 mm"):
-        assert f" {cell} " in row
-    (estimated,) = [line for line in lines if line.strip(" │┃|").startswith("position ")]
-    for cell in ("10 %", "20 %", "30 %", "40 %", "5 %", "1.5 times the estimate", "0.90"):
-        assert f" {cell} " in estimated
+    assert heading == "plain call, h = 20 ms, h/4 = 5 ms"
+    (cells,) = [line for line in lines if kind.strip() in line]
+    for cell in ("12", "1 %", "95 %", "96 %", "valid"):
+        assert f" {cell} " in cells
+    assert tuple(lines[-3:]) == verdict([*MEASURED, row(kind.strip())])
 
 
-def test_validation_shows_what_bounds_cover_and_how_often_the_domain_is_left(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_noise_of_records_is_named_where_it_is_known() -> None:
     messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    output = {
-        "name": "position",
-        "coverage": 0.964,
-        "coverage_of_worst_trajectories": 0.91,
-        "width": 0.7912,
-        "skill": 0.568,
-        "rank_correlation": None,
-    }
-    bound = {
-        "confidence": 0.95,
-        "outputs": [output],
-        "flagged": 0.0062,
-        "trajectories_flagged": 0.025,
-        "untrusted": 0.041,
-    }
-    print_validation(
-        filled(ValidationFigures, **{**FIGURES, "error_bound": bound}), "in range", messages
-    )
-    lines = messages.file.getvalue().splitlines()
-    assert "error bound, 95 % confidence" in lines
-    (row,) = [line for line in lines if "position" in line and "96.4 %" in line]
-    assert all(f" {cell} " in row for cell in ("91 %", "0.791", "56.8 %"))
-    assert lines[-2:] == [
-        "outside of the domain: 0.62 % of the samples, 2.5 % of the trajectories",
-        "trusted is false: 4.1 % of the samples",
+    outputs = [
+        filled(OutputFigures, name="y", relative_noise_floor=0.02, free_relative_rmse=0.5),
+        filled(OutputFigures, name="z"),
     ]
-    calls = {
-        "plain": {"coverage": [0.952], "untrusted": 0.2},
-        "known_to_step_end": {"coverage": [0.994], "untrusted": 0.041},
-    }
-    print_validation(
-        filled(ValidationFigures, **{**FIGURES, "error_bound": {**bound, **calls}}),
-        "in range",
-        messages,
-    )
-    assert messages.file.getvalue().splitlines()[-1] == (
-        "Covered samples in the plain call: 95.2 %; with inputs known to the step's end: 99.4 %. "
-        "Samples where trusted is false: 20 % in the plain call, 4.1 % with inputs known to the "
-        "step's end."
-    )
-
-
-def test_validation_shows_the_plain_call_beside_known_inputs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    messages = Messages(file=io.StringIO(), markup=False, highlight=False)
-    moving = {**FIGURES["outputs"][0], "plain_relative_rmse": 0.125}
-    print_validation(
-        filled(ValidationFigures, **{**FIGURES, "outputs": [moving]}), "in range", messages
-    )
-    shown = messages.file.getvalue()
-    assert "relative RMSE, known to the step's end" in shown
-    assert "relative RMSE, plain call" in shown
-    assert " 12.5 % " in shown
+    print_noise(outputs, messages)
+    assert messages.file.getvalue() == ("y: 2 % is noise; free of the window the error is 50 %\n")
 
 
 def test_figures_that_cannot_be_written_leave_the_old_ones(

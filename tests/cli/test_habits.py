@@ -17,6 +17,8 @@ from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import PROVENANCE, SURROGATE, export_fmu, read_fmu
 from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import open_job
+from slide_fmu.report.run_figures import released_figures
+from slide_fmu.validation.row import row_at
 from tests.acceptance.conftest import FEW_MOTIONS, SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
 from tests.marks import of_app
@@ -143,12 +145,20 @@ def test_info_is_a_page_for_people_with_signals_window_error_and_origin(path: Pa
         f"sees {window['n_in']} samples of the inputs and gives {window['n_out']} of the outputs"
     )
     assert f"{sees}; a sample is {window['step']:.10g} s" in result.stdout
-    measured = figures["provenance"]["measured"]["validation"]["in range"]["outputs"][0]
-    assert percent(measured["relative_rmse"]) in result.stdout
-    assert result.stdout.index("error in range") < result.stdout.index("made by")
-    order = [result.stdout.index(words) for words in ("plain call", "error bound", "A step takes")]
+    measured = released_figures(figures["provenance"])
+    assert measured is not None
+    row = row_at(measured.rows, "in range", "all kinds", "plain", 1.0)
+    assert row is not None
+    assert percent(row.error) in result.stdout
+    places = (
+        "plain call, h = ",
+        "in range",
+        "The error in the plain call is",
+        "signal ",
+        "made by",
+    )
+    order = [result.stdout.index(words) for words in places]
     assert order == sorted(order)
-    assert order[-1] < result.stdout.index("signal ")
     assert "slide-fmu info FMU --json - shows them" in lines[-1]
 
 

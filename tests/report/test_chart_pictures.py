@@ -3,39 +3,35 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel
 from slide_fmu.report.chart_pictures import chart_figure, chart_picture
-from slide_fmu.report.trajectory_charts import charts_side_by_side
-from tests.validation.handmade import comparison, validation
-
-ONE = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
-TWO = comparison([[0.0, 2.0], [0.0, 2.0]], kind=1)
+from slide_fmu.report.step_chart import step_charts
+from slide_fmu.validation.row import SMOOTH
+from tests.report.made_rows import row
 
 
-def test_picture_side_by_side_has_the_panels_of_two_trajectories_with_whole_titles() -> None:
-    figure = chart_figure(charts_side_by_side(validation(ONE, TWO), 0))
+def test_picture_of_errors_has_whole_titles_and_names_its_points() -> None:
+    steps = (0.5, 1.0, 2.0, 4.0, 8.0)
+    rows = [row("sums of sines of 0.066 to 2.1 Hz", SMOOTH, 0.1, steps=count) for count in steps]
+    figure = chart_figure(step_charts(rows))
     figure.draw_without_rendering()
-    assert len(figure.axes) == 6
-    for ax, kind in zip(figure.axes[:2], ("sweep", "held_random"), strict=True):
-        title = ax.title.get_window_extent()
-        assert kind in ax.get_title() or "trajectory" in ax.get_title()
-        assert figure.bbox.x0 <= title.x0 < title.x1 <= figure.bbox.x1
+    (ax,) = figure.axes
+    title = ax.title.get_window_extent()
+    assert figure.bbox.x0 <= title.x0 < title.x1 <= figure.bbox.x1
+    named = [text.get_text() for text in ax.get_xticklabels()]
+    assert named == ["2.5", "5", "10", "20", "40"]
 
 
 def test_legend_of_a_picture_names_lines_that_are_drawn() -> None:
-    """The span of the first estimate may reach before all that is shown."""
-    unknown = replace(TWO, true_error=np.full(TWO.true_error.shape, math.nan))
-    named = []
-    for one in (ONE, unknown):
-        figure = chart_figure(charts_side_by_side(validation(one), 0))
-        legend = figure.axes[-1].get_legend()
-        assert legend is not None
-        named.append({text.get_text() for text in legend.get_texts()})
-    assert named == [{"|error|", "RMSE of 2 samples", "its estimate"}, {"|error|"}]
+    x = np.arange(3.0)
+    lines = [Line("drawn", x, x), Line("nowhere", x, np.full(3, math.nan))]
+    (ax,) = chart_figure([Chart("title", [Panel("size", "m", lines)])]).axes
+    legend = ax.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["drawn"]
 
 
 def test_lines_points_bands_marks_and_shades_are_all_drawn() -> None:

@@ -8,12 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
 from slide_fmu.fitting.history import CurvePoint, History
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.frequency_charts import frequency_sections
 from slide_fmu.report.learning_charts import (
     curve_chart,
@@ -34,7 +32,6 @@ from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 from tests.charts import line_of, panel_of
-from tests.recipes import tiny_recipe
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation
 
 BAD = comparison([[1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [-7.0, 0.0]])
@@ -94,6 +91,15 @@ def test_error_has_its_bound_and_what_is_not_trusted_is_shaded() -> None:
     (band,) = panel_of(chart, "error").bands
     assert band.high.tolist() == [2.0] * 4
     assert list(chart.parts) == [(1.0, 2.0)]
+    assert chart.shaded == "not trusted (trusted is false)"
+
+
+def test_legend_of_an_fmu_with_tolerances_names_its_flag() -> None:
+    found = bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,)))
+    of = {"outputs": found.surrogate.outputs, "inputs": found.surrogate.inputs}
+    bound = SimpleNamespace(tolerances=(1.0, 1.0))
+    surrogate = SimpleNamespace(**of, bound=bound, estimated_samples=2)
+    chart, _ = trajectory_charts(replace(found, surrogate=surrogate))
     assert chart.shaded == "not trusted (trusted is false)"
 
 
@@ -171,19 +177,6 @@ def test_worst_windows_without_a_bound_are_those_relative_to_the_reference() -> 
     assert section.charts[1].title == "y1 has an error of 57.1 % of the RMS"
     panels = [panel.title for panel in section.charts[0].panels]
     assert panels == ["input", "y0", "error"]
-
-
-def test_bars_of_excitations_of_one_kind_lie_beside_each_other(finer: Validation) -> None:
-    """With the same name one would hide the other."""
-    kinds = [{"kind": "held_random", "weight": 1.0}] * 3
-    recipe = tiny_recipe(data={"excitation": kinds})
-    chosen = zip(finer.comparisons, (0, 2, 2), strict=True)
-    comparisons = tuple(replace(c, kind=kind) for c, kind in chosen)
-    sections = validation_sections({"": replace(finer, recipe=recipe, comparisons=comparisons)})
-    (section,) = [one for one in sections if one.title == "By kind of excitation"]
-    assert [bar.name for bar in section.bars] == ["held_random 1", "held_random 3"]
-    assert [bar.text.split(", ")[1] for bar in section.bars] == ["1 trajectory", "2 trajectories"]
-    assert section.bars[1].text == f"{percent(section.bars[1].size)}, 2 trajectories"
 
 
 def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour() -> None:

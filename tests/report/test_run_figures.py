@@ -8,15 +8,14 @@ import pytest
 
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from tests.figures import run_figures
+from tests.report.made_rows import MEASURED
 
-BOUND = {"confidence": 0.95, "excitations": [{"name": "sweep", "coverage": [0.9]}]}
 FIGURES = run_figures(
     name="car",
     versions={"numpy": "2.0"},
     validation={
         "in range": {
             "outputs": [{"name": "y", "plain_relative_rmse": 0.25}],
-            "error_bound": BOUND,
             "parameters": {
                 "names": ["mass"],
                 "corners": [{"values": {"mass": 2.0}, "relative_rmse": [0.5]}],
@@ -24,6 +23,7 @@ FIGURES = run_figures(
         }
     },
     window={"decay_time_s": {"mean": 1.0}},
+    rows=MEASURED,
 )
 
 
@@ -35,7 +35,7 @@ def test_figures_are_those_of_their_dump() -> None:
 
 def test_dump_has_no_keys_of_what_there_is_not() -> None:
     dump = FIGURES.dump()
-    assert not {"remark", "sizes_tried", "box", "stability"} & dump.keys()
+    assert not {"remark", "sizes_tried", "loops", "stability"} & dump.keys()
     in_range = dump["validation"]["in range"]
     assert in_range["error_estimate"] is None
     assert not {"failed", "held_out", "left_out"} & in_range.keys()

@@ -1,102 +1,53 @@
-"""The large numbers of a verdict: a bound shows what it covers in the user's own call."""
+"""The large numbers of a verdict."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
-
 import pytest
 
-from slide_fmu.fmu.export import read_fmu
 from slide_fmu.report.html_report import Fact
-from slide_fmu.report.run_figures import released_figures
-from slide_fmu.report.validity import is_valid
-from slide_fmu.report.verdict import Subject
-from slide_fmu.report.verdict_facts import MISSING, verdict_of
-from slide_fmu.validation.task import IN_RANGE
-from slide_fmu.validation.trust_figures import Covered
+from slide_fmu.report.verdict_facts import MISSING, Subject, facts_of
+from slide_fmu.validation.error_figures import Timing
+from slide_fmu.validation.row import Row
+from slide_fmu.validation.task import HELD_OUT
+from tests.report.made_rows import MEASURED, row, without_bound
 
-FMUS = Path(__file__).parents[2] / "fmus"
-
-
-def fact_and_coverage(name: str, in_plain_call: float | None = None) -> tuple[Fact, list[float]]:
-    """Return the fact on the bound of a released FMU, and its shares in both ways of calling.
-
-    The share in the plain call may be another one than was measured.
-    """
-    surrogate, provenance = read_fmu(FMUS / name / f"{name}.fmu")
-    measured = released_figures(provenance)
-    assert measured is not None
-    bound = measured.in_range.error_bound
-    assert bound is not None
-    if in_plain_call is not None:
-        other = Covered(coverage=tuple(in_plain_call for _ in bound.outputs), untrusted=0.1)
-        bound = replace(bound, plain=other)
-        in_range = replace(measured.in_range, error_bound=bound)
-        measured = replace(measured, validation={**measured.validation, IN_RANGE: in_range})
-    shares = [min(output.coverage for output in bound.outputs)]
-    shares += [] if bound.plain is None else [min(bound.plain.coverage)]
-    (fact,) = (f for f in verdict_of(measured, Subject.of(surrogate)).facts if f.name == "Bound")
-    return fact, shares
+TIMING = Timing(fmu_step_us=4.0, reference_step_us=40.0, speedup=10.0)
 
 
-@pytest.mark.parametrize("share", [0.6, 0.95 - MISSING - 1e-4])
-@pytest.mark.parametrize("name", ["robot_6r", "slider_crank"])
-def test_bound_shows_the_smaller_share_of_the_plain_call(name: str, share: float) -> None:
-    fact, (known, plain) = fact_and_coverage(name, share)
-    assert plain < 0.95 - MISSING < known
-    assert fact.value == f"{100 * plain:.3g} %"
-    assert not fact.good
-    assert f"With inputs known to the step's end: {100 * known:.3g} %." in fact.text
+def facts(*rows: Row, timing: Timing = TIMING) -> dict[str, Fact]:
+    return {fact.name: fact for fact in facts_of(rows, timing, Subject(1.5, 0.02))}
 
 
-@pytest.mark.parametrize("name", ["robot_6r", "slider_crank"])
-def test_bounds_of_released_machines_hold_in_the_plain_call(name: str) -> None:
-    fact, (known, plain) = fact_and_coverage(name)
-    assert min(known, plain) > 0.94
-    assert fact.value == f"{100 * min(known, plain):.3g} %"
-    assert fact.good
+def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:
+    found = facts(*MEASURED)
+    values = {name: fact.value for name, fact in found.items()}
+    assert values == {
+        "Error": "2 %",
+        "Bound": "95 %",
+        "Trusted": "96 %",
+        "Validity": "1 of 2",
+        "Speed": "10 times",
+        "Memory": "1.5 s",
+    }
+    assert found["Validity"].good is False
 
 
-@pytest.mark.parametrize("name", ["robot_6r", "slider_crank"])
-def test_card_says_how_often_each_call_is_trusted(name: str) -> None:
-    _, provenance = read_fmu(FMUS / name / f"{name}.fmu")
-    measured = released_figures(provenance)
-    assert measured is not None
-    bound = measured.in_range.error_bound
-    assert bound is not None
-    assert bound.plain is not None
-    assert bound.plain.untrusted is not None
-    assert bound.untrusted is not None
-    card = (FMUS / name / "README.md").read_text("utf-8")
-    plain, known = (f"{100 * share:.3g} %" for share in (bound.plain.untrusted, bound.untrusted))
-    assert (
-        f"Samples where trusted is false: {plain} in the plain call, {known} with inputs" in card
-    )
-    assert (
-        "There is one bound of the plain call, and one of inputs known to the step's end" in card
-    )
-    assert "False alarms with inputs known to the step's end, with the tolerances" in card
+@pytest.mark.parametrize(("missing", "good"), [(MISSING - 1e-4, True), (MISSING + 1e-4, False)])
+def test_a_bound_that_covers_too_little_is_no_good_sign(missing: float, good: bool) -> None:
+    assert facts(row(covered=0.95 - missing))["Bound"].good is good
 
 
-def test_bound_of_held_inputs_shows_its_only_share() -> None:
-    fact, (covered,) = fact_and_coverage("duffing")
-    assert fact.value == f"{100 * covered:.3g} %"
-    assert fact.good
-    assert fact.text.endswith("below the error bound of 95 %.")
+def test_validity_expects_nothing_of_kinds_that_no_training_saw() -> None:
+    unseen = row("binary", HELD_OUT, harmful=0.5)
+    found = facts(row(), row("steps"), unseen)["Validity"]
+    assert (found.value, found.good) == ("1 of 2", True)
 
 
-def test_validity_counts_kinds_that_no_training_saw() -> None:
-    surrogate, provenance = read_fmu(FMUS / "robot_6r" / "robot_6r.fmu")
-    measured = released_figures(provenance)
-    assert measured is not None
-    (unseen,) = (one for one in measured.validation.values() if one.held_out)
-    assert unseen.error_bound is not None
-    judged = [kind.harm for kind in unseen.error_bound.excitations if kind.harm is not None]
-    valid = sum(map(is_valid, judged))
-    assert valid < len(judged)  # else the number would be green, rightly
-    (fact,) = (
-        f for f in verdict_of(measured, Subject.of(surrogate)).facts if f.name == "Validity"
-    )
-    assert f"{valid} of {len(judged)} others" in fact.text
-    assert not fact.good
+def test_without_bound_there_are_no_numbers_of_one() -> None:
+    assert not {"Bound", "Trusted"} & set(facts(without_bound()))
+
+
+def test_an_fmu_that_is_slower_than_its_model_says_so() -> None:
+    slow = facts(row(), timing=Timing(fmu_step_us=40.0, reference_step_us=4.0, speedup=0.1))
+    assert slow["Speed"].good is False
+    assert "10 times as long as the model" in slow["Speed"].text

@@ -16,7 +16,7 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.importer_sections import loop_sections, loop_sentences
+from slide_fmu.report.loop_sections import loop_sections, loop_sentences
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source
 from slide_fmu.validation.error_figures import LoopFigures

@@ -11,7 +11,6 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
-from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.results import Validation
@@ -22,7 +21,7 @@ from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
 from tests.recipes import tiny_recipe
-from tests.validation.tiny_validation import accuracy_section, figures_of
+from tests.validation.tiny_validation import accuracy_section
 
 SAMPLES = 8
 RECIPE = tiny_recipe(
@@ -70,16 +69,11 @@ def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Vali
     np.testing.assert_allclose(one.plain, expected[SAMPLES - 1 :], rtol=1e-5, atol=1e-6)
 
 
-def test_report_and_card_say_which_error_is_which(found: Validation) -> None:
+def test_report_says_which_error_is_which(found: Validation) -> None:
     percent = f"{100 * found.figures().outputs[0].plain_relative_rmse:.3g} %"
     section = accuracy_section(found)
     assert section.table is not None
     assert section.table.heading[-1] == "relative RMSE, plain call"
     assert section.table.rows[0][-1] == percent
-    text = model_card(found.surrogate, RECIPE, figures_of(found), "picture.png")
-    table = [line for line in text.split("## Measured error")[1].splitlines() if line[:1] == "|"]
-    assert table[0].endswith("| plain call |")
-    assert table[2].endswith(f"| {percent} |")
     said = "answers one step late" if found.surrogate.inputs_at_step_end else "forecasts what"
     assert said in section.text
-    assert said in text

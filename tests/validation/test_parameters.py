@@ -24,7 +24,6 @@ from slide_fmu.memory.stability import check_stability
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.report.accuracy_sections import validation_sections
-from slide_fmu.report.model_card import model_card
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
@@ -34,7 +33,6 @@ from tests.marks import needs_app
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_state_space_recipe
 from tests.refusals import refused
-from tests.validation.tiny_validation import figures_of
 
 TABLES: dict[str, Any] = {
     "parameters": {"mass": {"range": [1.0, 2.0], "unit": "kg", "transform": "log"}},
@@ -118,18 +116,14 @@ def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None
     assert [row[0] for row in section.table.rows] == ["corner"] * 2 + ["measured, worst"] * 4
 
 
-def test_card_tells_the_errors_by_values_and_what_the_estimator_does_not_see(
-    found: Validation,
-) -> None:
-    card = model_card(found.surrogate, RECIPE, figures_of(found), "picture.png")
-    lines = card.splitlines()
-    first = lines.index("| values | mass | relative RMSE |")
-    assert lines[first + 1] == "| --- | --- | --- |"
-    assert [line.split(" | ")[0] for line in lines[first + 2 : first + 8]] == (
-        ["| corner"] * 2 + ["| measured, worst"] * 4
-    )
-    assert "values of the physical parameters that no training saw" in lines[first - 2]
-    assert "The error estimator sees the inputs alone, not the physical parameters" in card
+def test_report_tells_the_errors_by_values(found: Validation) -> None:
+    sections = validation_sections({"in range": found})
+    (section,) = [one for one in sections if one.title == "Physical parameters"]
+    assert section.table is not None
+    assert section.table.heading == ("values", "mass", "relative RMSE")
+    values = [row[0] for row in section.table.rows]
+    assert values == ["corner"] * 2 + ["measured, worst"] * 4
+    assert "values of the physical parameters that no training saw" in section.text
 
 
 def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:

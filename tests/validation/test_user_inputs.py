@@ -1,12 +1,13 @@
-"""Inputs as users set them keep their ranges and limits, and their words repeat them."""
+"""Inputs as users set them keep their ranges and limits, and act at their own times."""
 
 from __future__ import annotations
 
 import math
-import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.data.draws import TEST, Stream, draw_inputs
@@ -14,8 +15,18 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
 from slide_fmu.validation.user_channels import Channel, channels_of
-from slide_fmu.validation.user_inputs import KINDS, Point
+from slide_fmu.validation.user_inputs import (
+    OF_INPUTS,
+    OF_MOTIONS,
+    Drawing,
+    StoppedTone,
+    Tone,
+    UserInput,
+    user_motions,
+)
+from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe
+from tests.validation.lag import LAG, lag_recipe, lag_surrogate
 
 STEP = 0.02
 TIME = STEP * np.arange(1500)
@@ -32,118 +43,57 @@ COSINE, SINE = (
 )
 ANGLE = Channel((COSINE, SINE), -math.inf, math.inf, 0.0, FREQUENCIES, TIMES, 8.0, 20.0)
 
-NUMBER = r"(-?[\d.]+(?:e-?\d+)?)"
 
-
-def repeated(words: str, unit: str, time: FloatArray) -> FloatArray:
-    """The values of one channel, made of the words alone."""
-    of_unit = f"(?: {re.escape(unit)})?" if unit else ""
-    if words.startswith("moves"):
-        found = re.fullmatch(
-            rf"moves from {NUMBER}{of_unit} (to|on by) {NUMBER}{of_unit} "
-            rf"(and back|again and again), at up to {NUMBER}\D+ and {NUMBER}\D[^,]*"
-            rf"(?:, and rests {NUMBER} s after each move)?",
-            words,
-        )
-        assert found is not None, words
-        start, target, speed, acceleration = (float(found[k]) for k in (1, 3, 5, 6))
-        way = target if found[2] == "on by" else target - start
-        rest = float(found[7] or 0.0)
-        return stepped(start, way, speed, acceleration, rest, found[2] == "on by", time)
-    body = words.removeprefix("= ")
-    if body.endswith("and so on"):
-        parts = re.findall(rf"{NUMBER}{of_unit} for {NUMBER} s", body)
-        levels, times = np.array(parts, dtype=np.float64).T
-        index = np.searchsorted(np.cumsum(times), np.mod(time + 1e-9, times.sum()), side="right")
-        return np.asarray(levels[np.minimum(index, len(levels) - 1)])
-    unit_text = r"(?: [^\s(]+)?"
-    level = re.match(rf"{NUMBER}{of_unit}(?= [+-] |$)", body)
-    total = np.full(len(time), float(level[1]) if level else 0.0)
-    for sign, rate in re.findall(rf"(^|[+-] ){NUMBER}{unit_text} t(?= |$)", body):
-        total += float(rate) * time * (-1.0 if sign == "- " else 1.0)
-    for tone in re.findall(rf"{NUMBER}{unit_text} sin\({NUMBER} t \+ {NUMBER}\)", body):
-        amplitude, frequency, phase = map(float, tone)
-        total += amplitude * np.sin(frequency * time + phase)
-    return total
-
-
-def stepped(
-    start: float,
-    way: float,
-    speed: float,
-    most: float,
-    rest: float,
-    onward: bool,
-    time: FloatArray,
-) -> FloatArray:
-    """Trapezoids of speed, integrated piece by piece."""
-    way_of_ramp = speed**2 / most
-    peak = speed if abs(way) > way_of_ramp else math.sqrt(abs(way) * most)
-    ramp, cruise = peak / most, max(abs(way) - peak**2 / most, 0.0) / peak
-    begin, position, sign, found = 0.0, start, math.copysign(1.0, way), np.empty(len(time))
-    while begin <= time[-1]:
-        t = time - begin
-        first = 0.5 * most * np.clip(t, 0, ramp) ** 2
-        middle = peak * np.clip(t - ramp, 0, cruise)
-        late = np.clip(t - ramp - cruise, 0, ramp)
-        now = t >= -1e-12
-        found[now] = (position + sign * (first + middle + peak * late - 0.5 * most * late**2))[now]
-        position += sign * abs(way)
-        begin += 2 * ramp + cruise + rest
-        sign = sign if onward else -sign
-    return found
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("channel", [FORCE, HEATED, JOINT, ANGLE], ids=lambda one: one.name)
-def test_inputs_keep_their_limits_and_are_repeated_by_their_words(
-    channel: Channel, kind: str
+@pytest.mark.parametrize(
+    ("channel", "kinds"),
+    [(FORCE, OF_INPUTS), (HEATED, OF_INPUTS), (JOINT, OF_MOTIONS), (ANGLE, OF_MOTIONS)],
+    ids=["force", "heat", "joint", "angle"],
+)
+def test_inputs_keep_their_ranges_and_the_limits_of_motions(
+    channel: Channel, kinds: dict[str, Drawing]
 ) -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        made = Point.random(kind, 1, rng).user_input((channel,))
-        (waveform,) = made.waveforms
-        values = waveform.values(TIME)
-        words = waveform.words(channel.unit)
-        assert made.words == f"{channel.name} {words}"
-        np.testing.assert_allclose(repeated(words, channel.unit, TIME), values, atol=2e-6)
-        assert channel.low - 1e-9 <= values.min() < values.max() <= channel.high + 1e-9
-        if channel.speed is not None and channel.acceleration is not None:
-            assert np.abs(np.diff(values)).max() <= channel.speed * STEP * (1 + 1e-6)
-            assert np.abs(np.diff(values, 2)).max() <= channel.acceleration * STEP**2 * (1 + 1e-6)
+    for drawing in kinds.values():
+        for seed in range(20):
+            values = drawing(channel, np.random.default_rng(seed))(TIME)
+            assert channel.low - 1e-9 <= values.min() < values.max() <= channel.high + 1e-9
+            if channel.speed is not None and channel.acceleration is not None:
+                most = channel.speed * STEP, channel.acceleration * STEP**2
+                for order, limit in enumerate(most, start=1):
+                    assert np.abs(np.diff(values, order)).max() <= limit * (1 + 1e-6)
 
 
 def test_switches_reach_both_limits() -> None:
-    made = Point.random("limits", 1, np.random.default_rng(0)).user_input((FORCE,))
-    assert set(made.inputs(TIME).ravel()) == {-300.0, 1000.0}
-    (waveform,) = (
-        Point.random("limits", 1, np.random.default_rng(0)).user_input((ANGLE,)).waveforms
-    )
-    assert (waveform.speed, waveform.acceleration) == (8.0, 20.0)  # type: ignore[attr-defined]
+    made = OF_INPUTS["switches between the limits"](FORCE, np.random.default_rng(0))
+    assert set(made(TIME)) == {-300.0, 1000.0}
 
 
 def test_angles_are_given_by_cosine_and_sine_of_their_length() -> None:
-    inputs = Point.random("tone", 1, np.random.default_rng(0)).user_input((ANGLE,)).inputs(TIME)
+    tone = OF_MOTIONS["a slow sine"](ANGLE, np.random.default_rng(0))
+    inputs = UserInput((ANGLE,), (tone,))(TIME)
     np.testing.assert_allclose(np.hypot(*inputs.T), 2.0)
 
 
-def test_one_input_alone_or_all_are_driven() -> None:
-    rng, counts = np.random.default_rng(0), set()
-    for _ in range(20):
-        inputs = Point.random("tone", 3, rng).user_input((FORCE, HEATED, JOINT)).inputs(TIME)
-        counts.add(int(np.sum(np.ptp(inputs, axis=0) > 0)))
-    assert counts == {1, 3}
+def test_a_stopped_tone_stays_and_is_then_released() -> None:
+    tone = Tone(0.0, 2.0, 3.0, 0.4)
+    found = StoppedTone(tone, 1.0, 2.0, 0.25)(np.array([0.5, 1.0, 1.7, 2.0, 9.0]))
+    stopped = 2 * np.sin(3.4)
+    assert found == pytest.approx([2 * np.sin(1.9), stopped, stopped, 0.25, 0.25])
 
 
-def test_point_near_another_has_nearly_its_input() -> None:
-    rng = np.random.default_rng(1)
-    point = Point.random("tone", 2, rng)
-    near = point.near(1e-6, rng)
-    first, second = (one.user_input((FORCE, HEATED)).inputs(TIME[:50]) for one in (point, near))
-    assert np.abs(first - second).max() < 3.0  # N and K, by rounding
-    far = point.near(5.0, rng)
-    assert far.place.min() >= 0.0
-    assert far.place.max() <= 1.0
+def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) -> None:
+    """A lag under a held input: an importer at h sees a jump late, the reference does not."""
+    recipe = lag_recipe(tmp_path, "zero_order")
+    surrogate = lag_surrogate(recipe, "zero_order")
+    motions = user_motions(surrogate, case_of(recipe), silent)
+    assert [named.inputs for named in motions] == list(OF_INPUTS)
+    (steps, _) = next(each for named, each in motions.items() if named.inputs == "steps")
+    assert steps.grid == pytest.approx(0.0625 / 8)
+    fine = steps.grid / 64
+    middles = fine * (np.arange((len(steps.truth) - 1) * 64.0) + 0.5)
+    pole = np.exp(-fine / LAG)
+    exact = lfilter([1 - pole], [1, -pole], steps.course(middles)[:, 0])[63::64]
+    later = steps.truth[1:, 0][len(exact) // 2 :]
+    assert np.abs(later - exact[len(exact) // 2 :]).max() < 0.05 * np.ptp(exact)
 
 
 class Driven(System):

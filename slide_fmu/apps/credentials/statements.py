@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
-from slide_fmu.apps.credentials.trust_entries import trust_entries
+from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
@@ -13,9 +13,12 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.limits import limits
+from slide_fmu.report.row_tables import RULE, WORDS, judged, length_of, named, ordered
 from slide_fmu.report.run_figures import RunFigures, released_figures
-from slide_fmu.report.validity import judgement_sentences, judgements
+from slide_fmu.report.trust_sections import deviations_of
+from slide_fmu.report.verdict import call_of
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation import row as measured_row
 from slide_fmu.validation.error_figures import ValidationFigures
 
 OF_OUTPUTS = (
@@ -54,9 +57,8 @@ def _purpose(recipe: Recipe) -> str:
 
 
 def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
-    judged = judgements(surrogate, recipe, {} if measured is None else measured.ordered)
     found = [
-        Entry("validity.in_words", judgement_sentences(judged)),
+        Entry("validity.in_words", _in_words(surrogate, recipe, measured)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]
@@ -71,6 +73,22 @@ def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None)
         rows = [_range_row(p.signal) for p in surrogate.parameters]
         found.append(table("validity.parameters", "Parameter", rows))
     return found
+
+
+def _in_words(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[str]:
+    """Say for which inputs the FMU is valid, and what it was trained on."""
+    kinds = rules_of(recipe).described(
+        recipe, surrogate.inputs, surrogate.window.step, held_out=False
+    )
+    found = [f"Trained on {name}: {text}." for name, text in kinds.items()]
+    rows = () if measured is None else measured.rows
+    call = call_of(rows)
+    for row in ordered(rows):
+        if row.is_at(call, 1.0) and (verdict := judged(row)):
+            found.append(
+                f"{named(row)}: {verdict} at {length_of(row)}, relative RMSE {percent(row.error)}."
+            )
+    return [*found, WORDS, RULE] if rows else found
 
 
 def _range_row(signal: Signal) -> Row:
@@ -162,16 +180,61 @@ def _rows(found: Iterable[Row]) -> list[Row]:
 
 def _accuracy(measured: RunFigures) -> list[Entry]:
     """Return the measured errors, and the figures of estimates, bounds and stability tests."""
-    validations, call = measured.ordered, measured.plain_call
+    validations = measured.ordered
     found = [joined("accuracy", _accuracy_tables(validations))]
-    if call is not None:
-        rows = _rows(map(vars, call.outputs))
-        of_all = {"hold": call.hold, "sentence": call.sentence}
-        found.append(table("accuracy.plain_call", "Output", rows, **of_all))
-    found += trust_entries(validations)
+    if measured.rows:
+        found.append(table("accuracy.rows", "Row", map(_row, ordered(measured.rows))))
+        outputs = [line for row in ordered(measured.rows) for line in _outputs_of(row)]
+        found.append(table("accuracy.outputs", "Output", outputs))
+    estimates = list(_estimates(validations))
+    if estimates:
+        found.append(table("error_estimate", "Deviation", estimates))
     if measured.stability:
         found.append(table("stability", "Test", _rows(map(vars, measured.stability))))
     return found
+
+
+def _named(row: measured_row.Row) -> Row:
+    """Return what a row was measured on."""
+    return {
+        "group": row.group,
+        "inputs": row.inputs,
+        "call": row.call,
+        "communication_step_s": row.step_s,
+    }
+
+
+def _row(row: measured_row.Row) -> Row:
+    """Return a row without its outputs."""
+    return {
+        **_named(row),
+        "trajectories": row.trajectories,
+        "samples": row.samples,
+        "counted": row.counted,
+        "relative_rmse": row.error,
+        "covered": row.covered,
+        "width": row.width,
+        "trusted": row.trusted,
+        "harmful": row.harmful,
+        "silent": row.silent,
+        "over_bound": row.over_bound,
+    }
+
+
+def _outputs_of(row: measured_row.Row) -> Iterator[Row]:
+    """Yield the errors of each output of a row."""
+    for output in row.outputs:
+        yield {**_named(row), **vars(output)}
+
+
+def _estimates(validations: Mapping[str, ValidationFigures]) -> Iterator[Row]:
+    """Yield how far error estimates are off, for each validation and output."""
+    for name, validation in validations.items():
+        for output, found in deviations_of(validation.error_estimate):
+            assert validation.error_estimate is not None
+            span = validation.error_estimate.span_samples
+            of_output = {"inputs": name, "output": output, "span_samples": span}
+            yield {**of_output, **{key: v for key, v in vars(found).items() if key != "name"}}
 
 
 def _accuracy_tables(validations: Mapping[str, ValidationFigures]) -> Iterable[Entry]:

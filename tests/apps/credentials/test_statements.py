@@ -14,6 +14,7 @@ from slide_fmu.report.limits import limits
 from slide_fmu.validation.results import Validation
 from tests.own_records import RECIPE
 from tests.recipes import tiny_state_space_recipe
+from tests.report.made_rows import MEASURED
 from tests.validation.tiny_validation import FINER, PLAIN, figures_of
 
 
@@ -111,15 +112,20 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
     assert (sentence in limits(finer.surrogate, FINER, found)) == warned
 
 
-def test_statements_have_the_error_of_the_plain_call(finer: Validation) -> None:
-    output = {"name": "y", "unit": "m", "rough": 0.25, "rough_rmse": 1.0, "smooth_if_held": 0.5}
-    plain = {"hold": "zero_order", "outputs": [output], "sentence": "late: 50 % at 1 Hz"}
-    figures = figures_of(finer, plain_call=plain)
-    found = told(finer, {"measured": figures.dump()})["accuracy.plain_call"]
-    assert found.get("sentence") == "late: 50 % at 1 Hz"
-    (row,) = found.iter(f"{{{OWN}}}Output")
-    rough = {"rough": "0.25", "rough_rmse": "1.0"}
-    assert row.attrib == {"name": "y", "unit": "m", **rough, "smooth_if_held": "0.5"}
+def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
+    finer: Validation,
+) -> None:
+    found = told(finer, {"measured": figures_of(finer, rows=MEASURED).dump()})
+    (first, *others) = found["accuracy.rows"]
+    assert len(others) + 1 == len(MEASURED)
+    assert (first.get("group"), first.get("call")) == ("in range", "plain")
+    assert float(first.get("communication_step_s")) == 0.02
+    assert float(first.get("covered")) == 0.95
+    outputs = list(found["accuracy.outputs"])
+    assert (outputs[0].get("name"), outputs[0].get("unit")) == ("position", "m")
+    words = found["validity.in_words"]
+    assert "in range: valid at 20 ms, relative RMSE 2 %." in words
+    assert "sines of 1 Hz: not valid, not always reported at 20 ms, relative RMSE 30 %." in words
 
 
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(

@@ -16,7 +16,7 @@ from slide_fmu.apps.credentials import members
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.report.verdict import Subject
+from slide_fmu.report.verdict_facts import Subject
 from tests.apps.page.conftest import FMUS
 
 NAMES = sorted(path.parent.name for path in FMUS.glob("*/*.fmu"))

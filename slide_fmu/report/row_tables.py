@@ -1,0 +1,211 @@
+"""This module makes tables of rows: one with a row for each kind of input, and one of all rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from slide_fmu.core.measures import percent
+from slide_fmu.core.readable import quantity, ratio_text
+from slide_fmu.core.units import NO_UNIT
+from slide_fmu.report.table import ReportTable
+from slide_fmu.validation.row import (
+    ALL,
+    FINER,
+    HARMFUL,
+    MOST_HARMFUL,
+    MOST_SILENT,
+    OF_TRAINING,
+    SMOOTH,
+    Call,
+    Row,
+    RowOutput,
+    kinds_of,
+    row_at,
+)
+from slide_fmu.validation.task import BEYOND, IN_RANGE
+
+CALLS: dict[Call, str] = {
+    "plain": "plain",
+    "known": "inputs known to the step's end",
+    "model": "plain, the finest model in the FMU's place",
+}
+"""Calls in words."""
+
+WORDS = (
+    "The plain call is that of an ordinary importer, such as fmpy.simulate_fmu: before each step "
+    "of the length H it sets what the inputs are then. h is the surrogate's own step. The error "
+    "is the RMSE over the RMS of the reference about its mean, of the worst output. The usual "
+    "level of an output is the 95 % quantile of its errors in range, with known inputs. A sample "
+    f"is harmful if an error exceeds {HARMFUL:g} times that, and silent if it is harmful, trusted "
+    "is true and the error exceeds its 95 % bound. Shares count samples from which on "
+    "error_bound_filled is 1."
+)
+"""What the columns of all tables mean."""
+
+RULE = (
+    f"An FMU is valid on inputs of which at most {percent(MOST_HARMFUL)} of the samples are "
+    f"harmful and at most {percent(MOST_SILENT)} silent; if only the second holds, it says where "
+    "it is wrong."
+)
+"""When an FMU is valid on inputs."""
+
+STEP_DIGITS = 4
+"""Digits of communication steps."""
+
+ALONE = (IN_RANGE, SMOOTH)
+"""Groups whose kinds of input need no further words."""
+
+HELD = (
+    "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
+    "step the importer says so by `inputs_held` = 1. All others act at their own times."
+)
+"""What is measured of an FMU whose inputs are held."""
+
+NEVER_FILLED = "bound not filled"
+"""Where shares would stand, of an FMU whose bound never counts at a communication step."""
+
+
+def judged(row: Row) -> str:
+    """Say whether the FMU is valid on the inputs of a row; empty where it cannot be judged."""
+    if row.valid is None:
+        return ""
+    if row.valid:
+        return "valid"
+    if row.honest is None:
+        return "not valid"
+    return "not valid, and the FMU says so" if row.honest else "not valid, not always reported"
+
+
+def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
+    """Return a row for each kind of input: the plain call at h, and at a shorter step.
+
+    Where the plain call was not measured, it is that of known inputs.
+
+    Args:
+        rows: all rows.
+        short: whether kinds beyond the range have one row together.
+    """
+    call: Call = "plain" if any(row.call == "plain" for row in rows) else "known"
+    at = [row for row in rows if row.is_at(call, 1.0) or row.is_at(call, FINER)]
+    steps = sorted({round(row.steps, 9): row.step_s for row in at}.items())
+    heading = ["inputs", "motions"]
+    for number, _ in steps:
+        heading += [f"{_part(number)}: error", "covered", "trusted", "silent"]
+    heading.append("at h")
+    lengths = ", ".join(
+        f"{_part(number)} = {quantity(step, 's', STEP_DIGITS)}" for number, step in steps
+    )
+    title = f"{'plain call' if call == 'plain' else CALLS[call]}, {lengths}"
+
+    def cells() -> Iterator[list[str]]:
+        for group, inputs in kinds_of(at):
+            if (short and group == BEYOND and inputs != ALL) or inputs == OF_TRAINING:
+                continue
+            found = [row_at(at, group, inputs, call, number) for number, _ in steps]
+            known = next(row for row in found if row is not None)
+            line = [named(known), str(known.trajectories)]
+            for row in found:
+                line += ["", "", "", ""] if row is None else _shares(row)
+            own = found[0]
+            yield [*line, "" if own is None else judged(own)]
+
+    return ReportTable.of(heading, cells(), title).without_empty_columns()
+
+
+def _part(steps: float) -> str:
+    """Write a step of which some are in the own step h."""
+    return "h" if steps == 1 else f"h/{steps:g}"
+
+
+def _shares(row: Row) -> list[str]:
+    """Return error, covered, trusted and silent of a row."""
+    shares = [_share(share) for share in (row.covered, row.trusted, row.silent)]
+    if not row.counted:
+        shares[0] = NEVER_FILLED
+    return [percent(row.error), *shares]
+
+
+def length_of(row: Row) -> str:
+    """Write the communication step of a row."""
+    return quantity(row.step_s, "s", STEP_DIGITS)
+
+
+def named(row: Row) -> str:
+    """Return group and inputs of a row."""
+    if row.inputs == ALL:
+        return row.group
+    return row.inputs if row.group in ALONE else f"{row.group}: {row.inputs}"
+
+
+def row_table(rows: Sequence[Row]) -> ReportTable:
+    """Return all rows with all their shares."""
+    heading = (
+        *("inputs", "call", "H", "motions", "samples", "error", "covered", "width", "trusted"),
+        *("harmful", "silent", "largest error over its bound where trusted"),
+    )
+    cells = (
+        (
+            named(row),
+            CALLS[row.call],
+            length_of(row),
+            str(row.trajectories),
+            str(row.samples),
+            percent(row.error),
+            _share(row.covered) if row.counted else NEVER_FILLED,
+            "" if row.width is None else ratio_text(row.width),
+            *map(_share, (row.trusted, row.harmful, row.silent)),
+            "" if row.over_bound is None else ratio_text(row.over_bound),
+        )
+        for row in ordered(rows)
+    )
+    return ReportTable.of(heading, cells).without_empty_columns()
+
+
+def output_table(rows: Sequence[Row]) -> ReportTable:
+    """Return the errors of each output in all rows, in its unit."""
+    heading = (
+        "inputs",
+        "call",
+        "H",
+        "output",
+        "relative RMSE",
+        "RMSE",
+        "largest error",
+        "covered",
+    )
+    cells = (
+        (named(row), CALLS[row.call], length_of(row), *_output_cells(output))
+        for row in ordered(rows)
+        for output in row.outputs
+    )
+    return ReportTable.of(heading, cells).without_empty_columns()
+
+
+def _output_cells(output: RowOutput) -> tuple[str, ...]:
+    unit = output.unit or NO_UNIT
+    return (
+        output.name,
+        percent(output.relative_rmse),
+        quantity(output.rmse, unit),
+        quantity(output.largest_error, unit),
+        _share(output.covered),
+    )
+
+
+def ordered(rows: Sequence[Row]) -> list[Row]:
+    """Return rows by inputs, then by call, long steps first."""
+    places = {kind: place for place, kind in enumerate(kinds_of(rows))}
+    calls = list(CALLS)
+    return sorted(
+        rows, key=lambda row: (places[row.group, row.inputs], calls.index(row.call), row.steps)
+    )
+
+
+def failures(rows: Sequence[Row]) -> list[str]:
+    """Say on which inputs the reference could not be simulated."""
+    found = {f"{named(row)}: {text}": None for row in rows for text in row.failed}
+    return [f"The reference could not be simulated on {text}." for text in found]
+
+
+def _share(share: float | None) -> str:
+    return "" if share is None else percent(share)

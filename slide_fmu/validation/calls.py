@@ -1,0 +1,274 @@
+"""This module runs an FMU as an importer does, at any communication step, and makes rows of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slide_fmu.core.measures import rms
+from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.cosim.run import UnpackedFmu, run_fmu
+from slide_fmu.fmu.description.variables import AT_STEP_END, BOUND_FILLED, HELD, TRUSTED
+from slide_fmu.validation.input_courses import InputCourse, Stairs
+from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
+
+Kind = TypeVar("Kind", bound=np.generic)
+
+TINY = np.finfo(np.float64).tiny
+"""Nothing is divided by less, so that figures of a reference at rest stay finite."""
+
+SLACK = 1e-6
+"""Times that differ by this part of a step are the same, as their rounding differs."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredMotion:
+    """A MeasuredMotion has inputs as a function of time, and the true outputs at some times.
+
+    Attributes:
+        course: the inputs.
+        truth: true outputs at t = 0, grid, 2 grid ..., in their units, shape (N + 1, n_outputs).
+        grid: time in s between them.
+        first: time in s from which on outputs count.
+        parameters: values of the FMU's physical parameters by name.
+    """
+
+    course: InputCourse
+    truth: FloatArray
+    grid: float
+    first: float
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def points(self, step: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the communication points that count, and their places in the truth, (n,) each.
+
+        Points count whose time is one of the truth's, and those alone.
+
+        Args:
+            step: the communication step in s.
+        """
+        count = self.count(step)
+        numbers = np.arange(1, count + 1)
+        place = numbers * step / self.grid
+        known = np.abs(place - np.rint(place)) <= SLACK * max(1.0, step / self.grid)
+        known &= numbers * step >= self.first - SLACK * step
+        return numbers[known], np.rint(place[known]).astype(np.int64)
+
+    def count(self, step: float) -> int:
+        """Return the number of whole communication steps, in s, within the motion."""
+        return math.floor((len(self.truth) - 1) * self.grid / step + SLACK)
+
+
+@dataclass(frozen=True, eq=False)
+class CallAnswers:
+    """CallAnswers are what an FMU gave at the n communication points of a motion that count.
+
+    Attributes:
+        error: outputs minus truth, in their units, shape (n, n_outputs).
+        truth: likewise.
+        bounds: 95 % error bounds, likewise; None of an FMU without them.
+        trusted: whether ``trusted`` was true, (n,); None of an FMU without it.
+        filled: whether ``error_bound_filled`` was 1, (n,); all true of an FMU without it.
+    """
+
+    error: FloatArray
+    truth: FloatArray
+    bounds: FloatArray | None
+    trusted: NDArray[np.bool_] | None
+    filled: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorLevels:
+    """ErrorLevels say which errors are usual, and to what they are relative; (n_outputs,) each.
+
+    Attributes:
+        mean: of the reference in range.
+        usual: 95 % quantile of the absolute errors in range with known inputs; None if unknown.
+        size: what errors are relative to; None for the RMS of each truth about ``mean``.
+    """
+
+    mean: FloatArray
+    usual: FloatArray | None = None
+    size: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Named:
+    """A name of some inputs: their group, and the kind in words."""
+
+    group: str
+    inputs: str
+    failed: tuple[str, ...] = ()
+
+
+def answers(
+    fmu: UnpackedFmu,
+    inputs: Sequence[Signal],
+    outputs: Sequence[Signal],
+    motion: MeasuredMotion,
+    call: Call,
+    step: float,
+) -> CallAnswers:
+    """Run a fresh instance of an FMU on a motion, as an importer does.
+
+    In the plain call it sets the inputs at t before the step from t; in the call ``known`` those
+    at t + step, and the FMU knows that. Of inputs that are held over the FMU's own step it knows
+    that they are held, where the communication step shows nothing else.
+
+    Args:
+        fmu: the unpacked FMU.
+        inputs, outputs: its signals.
+        motion: the motion.
+        call: ``plain`` or ``known``.
+        step: the communication step in s.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+        ValueError: the motion is too short for a step.
+    """
+    count = motion.count(step)
+    if count < 1:
+        raise ValueError(
+            f"a communication step of {step:g} s for a motion of "
+            f"{motion.grid * (len(motion.truth) - 1):g} s; expected a shorter one"
+        )
+    ahead = 1.0 if call == "known" else 0.0
+    times = step * (np.arange(count, dtype=np.float64) + ahead)
+    rows = motion.course(times)
+    columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
+    names = [signal.name for signal in outputs]
+    bounds = [name for n in names if (name := f"{n}_error_bound") in fmu.references]
+    flags = [name for name in (TRUSTED, BOUND_FILLED) if name in fmu.references]
+    parameters, own = dict(motion.parameters), fmu.step * (1 - SLACK)
+    if call == "known":
+        parameters[AT_STEP_END if AT_STEP_END in fmu.references else HELD] = 1.0
+    elif isinstance(motion.course, Stairs) and min(step, motion.course.step) >= own:
+        # at this step nobody can tell stairs from samples of a smooth signal: the user says so
+        parameters[HELD] = 1.0
+    values = run_fmu(fmu, columns, [*names, *bounds, *flags], parameters, step).values
+    at, places = motion.points(step)
+    found = dict(zip(flags, values[at, len(names) + len(bounds) :].T, strict=True))
+    truth = motion.truth[places]
+    return CallAnswers(
+        error=values[at, : len(names)] - truth,
+        truth=truth,
+        bounds=values[at, len(names) : len(names) + len(bounds)] if bounds else None,
+        trusted=found[TRUSTED] > 0 if TRUSTED in found else None,
+        filled=found[BOUND_FILLED] >= 1 if BOUND_FILLED in found else np.full(len(at), True),
+    )
+
+
+def row_of(
+    found: Sequence[CallAnswers],
+    outputs: Sequence[Signal],
+    named: Named,
+    call: Call,
+    steps: tuple[float, float],
+    levels: ErrorLevels,
+) -> Row | None:
+    """Make the row of some motions; None where no communication point counts.
+
+    Args:
+        found: the answers on each motion.
+        outputs: the signals of the outputs.
+        named: the inputs.
+        call: how the importer called.
+        steps: its communication step, and the surrogate's own, in s.
+        levels: which errors are usual.
+    """
+    error, truth = (np.concatenate([getattr(a, n) for a in found]) for n in ("error", "truth"))
+    if not len(error):
+        return None
+    step, own = steps
+    filled = np.concatenate([one.filled for one in found])
+    size = rms(truth - levels.mean) if levels.size is None else levels.size
+    relative, absolute = rms(error) / np.maximum(size, TINY), np.abs(error)
+    bounds = _joined([one.bounds for one in found])
+    flags = _joined([one.trusted for one in found])
+    counts = filled if bounds is not None else np.full(len(error), True)
+    shares = _Shares(
+        absolute[counts],
+        None if bounds is None else bounds[counts],
+        None if flags is None else flags[counts],
+        levels.usual,
+    )
+    covered, width = shares.covered(), shares.width()
+    return Row(
+        group=named.group,
+        inputs=named.inputs,
+        call=call,
+        step_s=step,
+        steps=own / step,
+        trajectories=len(found),
+        samples=len(error),
+        counted=int(np.count_nonzero(counts)),
+        outputs=tuple(
+            RowOutput(
+                name=signal.name,
+                unit=signal.unit,
+                relative_rmse=float(relative[index]),
+                rmse=float(rms(error)[index]),
+                largest_error=float(absolute[:, index].max()),
+                covered=None if covered is None else float(covered[index]),
+                width=None if width is None else float(width[index]),
+            )
+            for index, signal in enumerate(outputs)
+        ),
+        trusted=shares.trusted(),
+        harmful=shares.harmful(),
+        silent=shares.silent(),
+        over_bound=shares.over_bound(),
+        failed=named.failed,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Shares:
+    """The shares of the samples that count: absolute errors, bounds, flags and the usual level."""
+
+    error: FloatArray
+    bounds: FloatArray | None
+    flags: NDArray[np.bool_] | None
+    usual: FloatArray | None
+
+    def covered(self) -> FloatArray | None:
+        if self.bounds is None or not len(self.error):
+            return None
+        return np.asarray(np.mean(self.error <= self.bounds, axis=0))
+
+    def width(self) -> FloatArray | None:
+        if self.bounds is None or self.usual is None or not len(self.error):
+            return None
+        return np.asarray(self.bounds.mean(axis=0) / np.maximum(self.usual, TINY))
+
+    def trusted(self) -> float | None:
+        return None if self.flags is None or not len(self.error) else float(np.mean(self.flags))
+
+    def harmful(self) -> float | None:
+        if self.usual is None or not len(self.error):
+            return None
+        return float(np.mean((self.error > HARMFUL * self.usual).any(axis=1)))
+
+    def silent(self) -> float | None:
+        if self.bounds is None or self.flags is None or self.usual is None or not len(self.error):
+            return None
+        large = (self.error > HARMFUL * self.usual) & (self.error > self.bounds)
+        return float(np.mean(large.any(axis=1) & self.flags))
+
+    def over_bound(self) -> float | None:
+        if self.bounds is None or self.flags is None or not self.flags.any():
+            return None
+        ratios = self.error[self.flags] / np.maximum(self.bounds[self.flags], TINY)
+        return float(ratios.max())
+
+
+def _joined(parts: Sequence[NDArray[Kind] | None]) -> NDArray[Kind] | None:
+    """Join what all motions have; None if one of them has it not."""
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known) if len(known) == len(parts) else None

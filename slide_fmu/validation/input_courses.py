@@ -1,0 +1,89 @@
+"""Inputs as functions of time, from which an importer with any communication step sets its values.
+
+Each function gives what the reference saw between its samples, so that an importer with a shorter
+step sends nothing that the reference did not see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray, Signal, cosines_of
+from slide_fmu.cosim.between import interpolated
+from slide_fmu.data.draws import Draw
+
+SLACK = 1e-6
+"""A time that lies before a sample by this part of a step, from rounding, counts as the sample."""
+
+
+class InputCourse(Protocol):
+    """A InputCourse gives the inputs at any time."""
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        """Return the inputs at times in s, (N,), in their units, shape (N, n_inputs)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stairs:
+    """Stairs are constant over each step: ``rows[k]``, (n_inputs,), from k * step on. Final.
+
+    Attributes:
+        step: in s.
+        rows: shape (N, n_inputs).
+    """
+
+    step: float
+    rows: FloatArray
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        place = np.floor(times / self.step + SLACK).astype(np.int64)
+        return self.rows[np.clip(place, 0, len(self.rows) - 1)]
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines reach ``rows[k]`` at (k + 1) * step, and go straight from one to the next. Final.
+
+    Before the first of them the inputs are constant. An angle, which is given by cosine and sine,
+    turns evenly.
+
+    Attributes:
+        step: in s.
+        rows: shape (N, n_inputs).
+        cosines: indices of the cosines of angles.
+        curved: whether inputs follow a curve through these values where they are smooth.
+    """
+
+    step: float
+    rows: FloatArray
+    cosines: tuple[int, ...] = ()
+    curved: bool = False
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        known = np.concatenate([self.rows[:1], self.rows])
+        at_nodes = self.step * np.arange(len(known), dtype=np.float64)
+        return interpolated(at_nodes, known, self.cosines, times, self.curved)
+
+
+def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool) -> InputCourse:
+    """Return what the reference saw of drawn inputs between its samples.
+
+    Planned motions move along curves through the samples, as their models move them.
+
+    Args:
+        drawn: the inputs.
+        signals: the signals of the inputs.
+        step: the sample step in s.
+        planned: whether they are planned motions.
+    """
+    cosines = cosines_of(tuple(signals))
+    if signals[0].hold == "zero_order":
+        return Stairs(step, drawn.inputs)
+    if drawn.between is not None:
+        parts = len(drawn.between) // len(drawn.inputs)
+        return Lines(step / parts, drawn.between, cosines)
+    return Lines(step, drawn.inputs, cosines, curved=planned)

@@ -1,0 +1,129 @@
+"""This module makes all rows of an FMU: of unseen trajectories, and of inputs of further kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slide_fmu.core.progress import Stages
+from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import unpacked
+from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.model_rules import rules_of
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.validation.adversarial import Attack
+from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion, Named
+from slide_fmu.validation.constant_inputs import constant_motions
+from slide_fmu.validation.input_courses import course_of
+from slide_fmu.validation.meter import Calls, Meter, size_of
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import OF_TRAINING, SEARCH, SMOOTH, Row
+from slide_fmu.validation.smooth_inputs import STEPS, TRAJECTORIES, model_rows, smooth_motions
+from slide_fmu.validation.user_inputs import user_motions
+
+
+def rows_of(
+    fmu: Path,
+    validations: Mapping[str, Validation],
+    case: Case,
+    usual: FloatArray | None,
+    bar: Stages,
+    attacks: Sequence[Attack] = (),
+) -> tuple[Row, ...]:
+    """Measure an FMU on all inputs, in all calls, at the communication steps that count.
+
+    Args:
+        fmu: the FMU, whose library is run.
+        validations: its validations by the name of their group, the one in range first if it is
+            there. Inputs of further kinds are measured with that one alone.
+        case: what it was made from.
+        usual: the usual level of the errors of each output, (n_outputs,); None if unknown.
+        bar: opens the progress of a stage.
+        attacks: results of the search for unnoticed errors.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    first = next(iter(validations.values()))
+    progress = bar("communication steps")
+    rows: list[Row] = []
+    total = len(validations)
+    progress(0, total)
+    with unpacked(fmu) as files:
+        meter = Meter(files, first.surrogate, ErrorLevels(first.mean, usual))
+        for number, (group, validation) in enumerate(validations.items(), start=1):
+            beyond = validation.task.amplitude != (1.0, 1.0)
+            calls = meter.usual_calls(finer=validation.between_known and not beyond)
+            rows += meter.rows_by_kind(group, motions_by_kind(validation), calls)
+            progress(number, total)
+        if first.in_range:
+            rows += further_rows(case.source, meter, first, case, bar)
+        found = [_of_attack(attack, first.surrogate) for attack in attacks]
+        if found:
+            words = Named(SEARCH, "noise that a search has made worse")
+            rows += meter.rows(words, found, meter.usual_calls())
+    return tuple(rows)
+
+
+def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
+    """Return the motions of a validation by the names of their kinds."""
+    recipe = validation.recipe
+    found: dict[str, list[MeasuredMotion]] = {}
+    names = [motion.name for motion in rules_of(recipe).motions(recipe)]
+    for comparison in validation.comparisons:
+        if comparison.motion is not None:
+            found.setdefault(names[comparison.kind], []).append(comparison.motion)
+    return dict(sorted(found.items(), key=lambda item: names.index(item[0])))
+
+
+@asked_of_sources
+def further_rows(
+    system: System, meter: Meter, in_range: Validation, case: Case, bar: Stages
+) -> list[Row]:
+    """Measure smooth and constant inputs, and inputs as users set them; records have none."""
+    surrogate, rows = meter.surrogate, list[Row]()
+    rows += _smooth_rows(meter, in_range, case)
+    truth = np.concatenate([comparison.reference for comparison in in_range.comparisons])
+    resting = meter.relative_to(size_of(truth))
+    for named, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
+        rows += resting.rows(named, motions, resting.usual_calls())
+    for named, motions in user_motions(surrogate, case, bar("inputs as users set them")).items():
+        rows += meter.rows(named, motions, meter.usual_calls())
+    return rows
+
+
+def _smooth_rows(meter: Meter, in_range: Validation, case: Case) -> list[Row]:
+    """Measure the plain call at several communication steps, under smooth inputs.
+
+    These are sums of sines, or the motions of the training where inputs are planned or angles, and
+    where the model has no finer step. Planned motions have no second line: their models know a
+    motion by its samples, so that one with other samples is another model.
+    """
+    surrogate = meter.surrogate
+    turning = any(signal.angle is not None for signal in surrogate.inputs)
+    calls: Calls = [*(("plain", steps) for steps in STEPS), *meter.usual_calls()[2:]]
+    try:
+        if not (surrogate.planned or turning):
+            found = smooth_motions(surrogate, case)
+            rows = meter.rows(found.named, found.motions, calls)
+            levels, step = meter.levels, meter.step
+            return [*rows, *model_rows(found, case, surrogate.outputs, levels, step)]
+    except (LoadError, SimulationError):  # no finer step, or no smooth motion that it survives
+        pass
+    if surrogate.hold == "zero_order":
+        return []
+    chosen = [c.motion for c in in_range.comparisons[:TRAJECTORIES] if c.motion is not None]
+    return meter.rows(Named(SMOOTH, OF_TRAINING), chosen, calls)
+
+
+def _of_attack(attack: Attack, surrogate: Surrogate) -> MeasuredMotion:
+    """Return the motion that a search has found."""
+    found, step = attack.found, surrogate.window.step
+    truth = np.concatenate([found.reference[:1], found.reference])  # the start does not count
+    course = course_of(found.drawn, surrogate.inputs, step, surrogate.planned)
+    return MeasuredMotion(course, truth, step, (found.first + 1) * step)

@@ -1,0 +1,228 @@
+"""Smooth inputs are sums of sines: an FMU and its finest model are measured under them.
+
+The error is measured at several communication steps, for the picture "error against communication
+step". Its other line is the finest model itself in the same call: an FMU of it would know its
+inputs at communication points alone, and hold them over the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slide_fmu.core.measures import percent, rms
+from slide_fmu.core.signals import FloatArray, Signal, within_ranges
+from slide_fmu.excitation.mix import moving_by_themselves
+from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.base import System
+from slide_fmu.systems.errors import LoadError
+from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
+from slide_fmu.validation.input_courses import InputCourse
+from slide_fmu.validation.row import SMOOTH, Row
+
+STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Numbers of communication steps in the own step, at which the error is drawn."""
+SAMPLES = 16
+"""A smooth input has at least this many samples in a period."""
+DECADES = 1.5
+"""Its slowest sine is this many decades below the fastest one."""
+TRAJECTORIES, PERIODS, SINES = 4, 4, 3
+"""Number of smooth trajectories, periods of the slowest sine in each, and sines in an input."""
+MOST_SAMPLES = 1000
+"""Largest number of samples on which the error of holding inputs is measured."""
+FILLED = 0.9
+"""A smooth input fills this part of its declared range at most."""
+SEED = 0x5A007
+"""Entropy of the sines; no training uses it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sines:
+    """Sines are sums of sines within the declared ranges, as a function of time. Final.
+
+    Attributes:
+        signals: the inputs.
+        hz: the band of their frequencies.
+        index: number of the draw; the same one gives the same function.
+    """
+
+    signals: tuple[Signal, ...]
+    hz: tuple[float, float]
+    index: int
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        rng = np.random.default_rng([SEED, self.index])
+        low, high = self.hz
+        columns = []
+        for signal in self.signals:
+            places = (np.arange(SINES) + rng.uniform(size=SINES)) / SINES  # slow, middle, fast
+            frequency = 2 * np.pi * low * (high / low) ** places
+            phase = rng.uniform(-np.pi, np.pi, SINES)
+            sines = np.sin(times[:, None] * frequency + phase).mean(axis=1)
+            middle, half = (signal.high + signal.low) / 2, (signal.high - signal.low) / 2
+            columns.append(middle + FILLED * half * sines)
+        return np.stack(columns, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothMotions:
+    """SmoothMotions are motions of the reference under smooth inputs, and the system itself.
+
+    Attributes:
+        motions: their truth has the fine step of the system.
+        system: the reference with this step.
+        hz: the band of the inputs.
+    """
+
+    motions: tuple[MeasuredMotion, ...]
+    system: System
+    hz: tuple[float, float]
+
+    @property
+    def named(self) -> Named:
+        """Their group and name."""
+        return Named(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
+
+
+def smooth_motions(surrogate: Surrogate, case: Case) -> SmoothMotions:
+    """Simulate the reference at its own fine step under smooth inputs.
+
+    Inputs that each move by themselves are asked for: no angles, and no planned motions.
+
+    Raises:
+        LoadError: the reference has no finer step.
+        SimulationError: it could not be simulated.
+    """
+    recipe, times = case.recipe, case.finer_steps
+    hz, step, system = band_of(recipe), recipe.window.step, case.reference_as_it_runs()
+    burn_in = round(recipe.data.burn_in / step)
+    first = max(burn_in + 1, surrogate.network.memory_length)
+    count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
+    found = []
+    for index in range(TRAJECTORIES):
+        sines = Sines(system.inputs, hz, index)
+        truth = fine_truth(system, sines, count * times)
+        found.append(MeasuredMotion(sines, truth, step / times, first * step))
+    return SmoothMotions(tuple(found), system, hz)
+
+
+def model_rows(
+    found: SmoothMotions, case: Case, outputs: Sequence[Signal], levels: ErrorLevels, own: float
+) -> list[Row]:
+    """Measure the finest model in the place of the FMU, in the plain call.
+
+    It is simulated at its own fine step, under inputs that it knows at communication points alone
+    and holds over each step. Steps shorter than its own are left out.
+
+    Args:
+        found: the smooth motions.
+        case: the case with the model.
+        outputs: signals of the outputs.
+        levels: which errors are usual.
+        own: the surrogate's own step in s.
+
+    Returns:
+        The rows; none of a model whose inputs cannot be held over a step.
+
+    Raises:
+        SimulationError: the model could not be simulated.
+    """
+    rows = []
+    fine = found.motions[0].grid
+    try:
+        system = _holding(found.system, case)
+    except (LoadError, ValueError):
+        return []
+    for steps in STEPS:
+        held = round(own / steps / fine)
+        if not np.isclose(held * fine, own / steps, rtol=1e-6) or held < 1:
+            continue
+        every = []
+        for motion in found.motions:
+            count = len(motion.truth) - 1
+            starts = fine * held * np.floor(np.arange(count, dtype=np.float64) / held)
+            outputs_of = simulate(system, motion.course(starts)).outputs
+            _, places = motion.points(own / steps)
+            truth = motion.truth[places]
+            counted = np.full(len(truth), True)
+            every.append(CallAnswers(outputs_of[places] - truth, truth, None, None, counted))
+        named = replace(found.named, failed=())
+        row = row_of(every, outputs, named, "model", (own / steps, own), levels)
+        rows += [] if row is None else [row]
+    return rows
+
+
+def _holding(system: System, case: Case) -> System:
+    """Return a system with the same fine step, whose inputs are held over it."""
+    if all(signal.hold == "zero_order" for signal in system.inputs):
+        return system
+    return case.reference_as_it_runs(hold="zero_order")
+
+
+def fine_truth(system: System, course: InputCourse, count: int) -> FloatArray:
+    """Return the outputs of a model at its own fine steps, (count + 1, n_outputs).
+
+    Moving inputs are set to their values at the end of a fine step, held ones to their values in
+    its middle; a model that names its own step gets their values at its begin.
+    """
+    moving = system.inputs[0].hold == "first_order"
+    within = 1.0 if moving else 0.0 if system.own_step is not None else 0.5
+    at = system.step * (np.arange(count, dtype=np.float64) + within)
+    return simulate(system, within_ranges(system.inputs, course(at))).outputs
+
+
+def band_of(recipe: Recipe) -> tuple[float, float]:
+    """Return the lowest and the highest frequency of smooth inputs in Hz.
+
+    They have at least ``SAMPLES`` samples in a period and lie in the band in which the excitation
+    is as wide as they are.
+    """
+    high = 1.0 / (SAMPLES * recipe.window.step)
+    kinds = moving_by_themselves(recipe.data.excitation)
+    wide = [kind for kind in kinds if getattr(kind, "amplitude", (1, 1))[1] >= FILLED / SINES]
+    tops = [getattr(kind, "angular_frequency", (0, 0))[1] for kind in wide or kinds]
+    if max(tops) > 0:
+        high = min(high, max(tops) / (2 * np.pi))
+    return high / 10**DECADES, high
+
+
+def cost_of_holding(case: Case) -> str | None:
+    """Say by how much a smooth input is late where a recipe holds its inputs over a step.
+
+    Only the model is needed: it is simulated under held inputs, and at its own fine step.
+
+    Returns:
+        A sentence; None where inputs move or turn, where the model itself holds them over that
+        step, or there is no finer step.
+
+    Raises:
+        SimulationError: the model could not be simulated.
+    """
+    recipe, held = case.recipe, case.system
+    if any(s.hold != "zero_order" or s.angle is not None for s in held.inputs):
+        return None
+    try:
+        times = case.finer_steps
+        if times == 1:  # it would be compared with itself
+            return None
+        fine = case.reference_as_it_runs()
+    except LoadError:  # its class has a step of its own
+        return None
+    hz, step = band_of(recipe), recipe.window.step
+    first = round(recipe.data.burn_in / step) + 1
+    count = first + min(round(PERIODS / hz[0] / step), MOST_SAMPLES)
+    sines = Sines(held.inputs, hz, 0)
+    truth = fine_truth(fine, Sines(fine.inputs, hz, 0), count * times)[::times][first:]
+    rows = sines(step * np.arange(count, dtype=np.float64))
+    wrong = rms(simulate(held, rows).outputs[first:] - truth)
+    size = np.maximum(truth.std(axis=0), np.finfo(np.float64).tiny)
+    return (
+        f"inputs are held over a step of {step:g} s, so a smooth one is late by {step / 2:g} s: "
+        f"{percent(float((wrong / size).max()))} at {hz[0]:.2g} to {hz[1]:.2g} Hz; if yours are "
+        'smooth, write hold = "first_order" for them'
+    )

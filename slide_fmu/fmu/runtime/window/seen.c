@@ -133,6 +133,13 @@ bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sam
     return true;
 }
 
+void slide_seen_number_next_first(const SlideModel *model, SlideSeen *seen) {
+    *seen->samples.count -= 1;
+    if (model->others.capacity > 0) {
+        *seen->others.count -= 1;
+    }
+}
+
 void slide_seen_open(const SlideModel *model, SlideSeen *seen) {
     const SlideNetwork *network = &model->predictor;
     if (slide_is_recurrent(network->family)) {

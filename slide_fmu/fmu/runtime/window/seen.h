@@ -47,6 +47,9 @@ void slide_seen_pass(const SlideModel *model, SlideSeen *seen, SlideSample sampl
 bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                        uint64_t less);
 
+/* The sample that counts for all before has no number of its own: the next one has it. */
+void slide_seen_number_next_first(const SlideModel *model, SlideSeen *seen);
+
 /* From here on samples are open. */
 void slide_seen_open(const SlideModel *model, SlideSeen *seen);
 
@@ -63,9 +66,10 @@ static inline double slide_seen_known_end(const SlideModel *model, const SlideSe
     return seen->head->end - (double)seen->head->n_open * model->step;
 }
 
-/* Samples that are not open. */
-static inline uint64_t slide_seen_n_known(const SlideSeen *seen) {
-    return *seen->samples.count - seen->head->n_open;
+/* Samples that are not open; where none are that have numbers, all. */
+static inline uint64_t slide_seen_n_known(const SlideModel *model, const SlideSeen *seen) {
+    const uint64_t count = *seen->samples.count, known = count - seen->head->n_open;
+    return known < model->samples.capacity ? count : known;
 }
 
 static inline const double *slide_seen_newest(const SlideModel *model, const SlideSeen *seen) {

@@ -111,7 +111,7 @@ static bool is_seen_sound(const SlideModel *model, const SlideState *state, cons
     const uint64_t count = counter_in(state, block, seen->samples.count);
     return head.used == 0 ||
            (head.n_open <= model->n_in && head.used < LARGEST_COUNT && count < LARGEST_COUNT &&
-            count >= model->samples.capacity);
+            count + 1 >= model->samples.capacity);
 }
 
 bool slide_state_is_sound(const SlideModel *model, const SlideState *state, const void *block) {

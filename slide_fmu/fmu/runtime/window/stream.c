@@ -59,6 +59,9 @@ static bool see_start(const SlideModel *model, SlideState *state) {
         slide_seen_restart(model, start, rest);
         done = slide_seen_settle(model, start, rest, first_is_held ? 1 : 0);
     }
+    if (first_is_held) {
+        slide_seen_number_next_first(model, start);
+    }
     if (done && (first_is_held || reaches)) {
         slide_sampling_scale(model, state->inputs, model->taken);
         slide_seen_open(model, start);
@@ -371,7 +374,7 @@ const float *slide_stream_block(const SlideModel *model, SlideState *state) {
  * find all of it again. */
 const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *state) {
     SlideSeen *seen = slide_now(state);
-    const uint64_t n_known = slide_seen_n_known(seen), count = *seen->samples.count;
+    const uint64_t n_known = slide_seen_n_known(model, seen), count = *seen->samples.count;
     SlideEstimate *ahead = &state->ahead.estimate, *found = count > n_known + 1 ? ahead : &seen->estimate;
     if (state->head->estimated == state->head->n_steps + 1) {
         return found;
@@ -410,7 +413,7 @@ const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *s
     if (state->head->concluded == state->head->n_steps + 1) {
         return ahead;
     }
-    bound_until(model, seen, slide_seen_n_known(seen), &seen->bound);
+    bound_until(model, seen, slide_seen_n_known(model, seen), &seen->bound);
     if (seen->head->n_open == 0) {
         conclude(model, state, &seen->bound);
         return &seen->bound;

@@ -85,24 +85,6 @@ def with_tolerances(surrogate: Surrogate, share: float) -> Surrogate:
     return replace(surrogate, bound=replace(bound, tolerances=share * bound.tolerances))
 
 
-def with_plain(surrogate: Surrogate) -> Surrogate:
-    """The surrogate with another bound in the plain call."""
-    bound = surrogate.bound
-    assert bound is not None
-    other = random_bound(bound.companion, 91, bound.blocks, 4, bound.estimator)
-    parts = {"head": other.head, "factors": other.factors, "limits": other.limits}
-    if bound.span is not None:
-        spanned = with_span(replace(surrogate, bound=other), bound.span.block).bound
-        assert spanned is not None
-        parts = {
-            **parts,
-            "head": spanned.head,
-            "span": replace(bound.span, factors=np.linspace(0.4, 0.9, bound.companion.n_values)),
-        }
-    plain = replace(bound, floors=2 * bound.floors, quietest=np.ones(bound.n_logarithms), **parts)
-    return replace(surrogate, bound=replace(bound, plain=plain))
-
-
 def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surrogate:
     """A random state-space surrogate of a shape with a random bound beside it.
 

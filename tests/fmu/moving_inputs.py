@@ -171,9 +171,7 @@ class Moving(Resampling):
         self._add(-h, before)
         self.goal = np.array(before, dtype=np.float64)
 
-    def step(
-        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
-    ) -> Moving:
+    def step(self, length: float, inputs: FloatArray, rates: FloatArray | None = None) -> Moving:
         """Set inputs and perhaps their derivatives, and take a step."""
         if not self.begins:
             self._begin(inputs)
@@ -304,7 +302,9 @@ class Moving(Resampling):
 
     def sample(self, end: float) -> FloatArray:
         """The sample of the inputs that ends at a time."""
-        return self.at(end) if self.first_order else self._held(end - self.surrogate.window.step, end)
+        return (
+            self.at(end) if self.first_order else self._held(end - self.surrogate.window.step, end)
+        )
 
     def samples(self, count: int) -> FloatArray:
         """The newest samples of the inputs, (count, n_inputs), oldest first."""

@@ -73,7 +73,7 @@ class PlainPhases:
         n_in, n_ahead = self.surrogate.window.n_in, max(math.ceil(time - begin - NEAR), 0)
         n_open = 0 if self.inputs.known else n_ahead
         for phase in self._phases:
-            if abs((time - phase.end) - round(time - phase.end)) < 2 * NEAR:
+            if abs((time - phase.end + 0.5) % 1 - 0.5) < 2 * NEAR:
                 if round(time - phase.known_end) <= n_in:
                     return self._go_on(phase, time, n_open)
                 self._phases.remove(phase)
@@ -84,7 +84,9 @@ class PlainPhases:
             settled = 2 * self.surrogate.network.n_samples
             phase = Phase(time - math.ceil(time - NEAR), settled - self._first_is_held)
         else:
-            phase = Phase(time, n_open=n_open, errors=self._errors)
+            lasts = n_open <= n_in  # else it has seen nothing that stays
+            n_open = n_open if lasts else 0
+            phase = Phase(time if lasts else math.nan, n_open=n_open, errors=self._errors)
             count = 3 + self.surrogate.network.n_samples + n_open
             phase.samples = [self._sample(time - age) for age in range(count - 1, -1, -1)]
         self._phases.append(phase)

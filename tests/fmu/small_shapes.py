@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_plain, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SMALL = Shape(n_in=3, n_out=2, n_inputs=2, hidden=(3,), skip=True, positions=2)
@@ -53,7 +53,7 @@ BOUNDED_MOVING = replace(
 )
 SEEN = replace(BOUNDED, positions=3)
 SPANNED = replace(BOUNDED_MOVING, n_in=4)
-PLAIN_TOO = replace(BOUNDED_MOVING, n_in=5)
+LONGER_SPANNED = replace(BOUNDED_MOVING, n_in=5)
 
 FUZZED = (
     SMALL,
@@ -76,7 +76,7 @@ FUZZED = (
     BOUNDED_MOVING,
     SEEN,
     SPANNED,
-    PLAIN_TOO,
+    LONGER_SPANNED,
 )
 """All families, sets of features, kinds of units and of error estimators.
 
@@ -87,11 +87,9 @@ Inputs of the fuzz target name them by their number: add at the end only.
 def small_surrogate(shape: Shape) -> Surrogate:
     """A surrogate of one of these shapes; beside bounded ones is an error bound.
 
-    One of them sees what the error estimator expects, another gives the error estimate, and one
-    has another bound in the plain call.
+    One of them sees what the error estimator expects, others give the error estimate.
     """
-    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, PLAIN_TOO):
+    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, LONGER_SPANNED):
         return random_surrogate(shape)
     surrogate = bounded_surrogate(shape, (1, 2))
-    surrogate = with_span(surrogate, 2) if shape in (SPANNED, PLAIN_TOO) else surrogate
-    return with_plain(surrogate) if shape == PLAIN_TOO else surrogate
+    return with_span(surrogate, 2) if shape in (SPANNED, LONGER_SPANNED) else surrogate

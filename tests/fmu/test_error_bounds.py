@@ -12,10 +12,10 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_of
-from slide_fmu.surrogate.error_bound import Trust, local_scales
+from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
+from tests.fmu.moving_inputs import Moving
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
@@ -29,7 +29,7 @@ SHAPES = {
     "plain": PLAIN,
     "estimated": dataclasses.replace(PLAIN, positions=3, hold="first_order"),
     "forecast": dataclasses.replace(PLAIN, differences=0, hold="first_order", forecasts=True),
-    "judged": dataclasses.replace(PLAIN, hold="first_order", forecasts=True),
+    "moving": dataclasses.replace(PLAIN, hold="first_order", forecasts=True),
     "gated": dataclasses.replace(
         PLAIN, features="chain", cell=CellShape(5, 9, "gated", turned=2, factors=1)
     ),
@@ -42,7 +42,7 @@ OF_NETWORKS = {
     "seen_forecast": "forecast",
     "span": "plain",
     "span_forecast": "forecast",
-    "span_judged": "judged",
+    "span_moving": "moving",
     "span_gated": "gated",
 }
 """Shapes of surrogates that get an error estimator, and of others whose bound gives the error
@@ -66,15 +66,7 @@ def surrogate_of(
     if name.startswith("seen"):
         return bounded_surrogate(dataclasses.replace(shape, positions=3), blocks)
     surrogate = bounded_surrogate(shape, blocks)
-    surrogate = judging(surrogate) if name.endswith("judged") else surrogate
     return with_span(surrogate) if name.startswith("span") else surrogate
-
-
-def judging(surrogate: Surrogate) -> Surrogate:
-    """The surrogate whose bound judges what was given by forecast inputs."""
-    assert surrogate.forecast is not None
-    judged = dataclasses.replace(surrogate.forecast, judged=True)
-    return dataclasses.replace(surrogate, forecast=judged)
 
 
 def places(surrogate: Surrogate, key: str, fmi: FmiVersion = 2) -> tuple[int, int]:
@@ -128,7 +120,7 @@ def test_bounds_are_the_same_whenever_they_are_read(load: Load, name: str, patte
         assert found == {k: eager[k] for k in found}
 
 
-@pytest.mark.parametrize("name", ["seen_forecast", "forecast", "span_judged", "judged"])
+@pytest.mark.parametrize("name", ["seen_forecast", "forecast", "span_moving", "moving"])
 def test_steps_that_fail_change_no_bound(load: Load, name: str) -> None:
     """Cubes of one fail by what was set, of the next by where its derivatives say it goes."""
     surrogate = surrogate_of(name, cell=CellShape(activation="cubic", contraction=0.9))
@@ -179,47 +171,29 @@ def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int
         within(estimates, surrogate.estimate_error(inputs))
 
 
-@pytest.mark.parametrize("blocks", [(1, 1), (2, 5), (3, 7)])
-def test_bound_judges_what_was_given_by_forecast_inputs(
+@pytest.mark.parametrize("blocks", [(1, 1), (3, 7)])
+def test_bound_of_forecast_inputs_adds_what_forecasts_changed(
     load: Load, blocks: tuple[int, int]
 ) -> None:
-    """Earlier samples are known to the companion; the surrogate's outputs stay as they were."""
-    surrogate = surrogate_of("judged", blocks)
-    bound, forecast = surrogate.bound, surrogate.forecast
-    assert bound is not None
-    assert forecast is not None
-    native = load(surrogate).instance().start()
-    records = surrogate.input_scaling.invert(smooth_record(150))
-    records[1] = records[0]  # held before the start: the first step comes after it
-    found, given = [], [surrogate.predict_newest(records)[0]]
-    for row in records[:-1]:  # each is what the step begins with
+    """To the bound of a record that ends with the forecast, in squares."""
+    surrogate = surrogate_of("moving", blocks)
+    native, oracle = load(surrogate).instance().start(), Moving(surrogate)
+    records = surrogate.input_scaling.invert(smooth_record(90))
+    scale, lately, given = surrogate.output_scaling.scale, np.zeros(2), np.zeros(2)
+    found, expected, without = [], [], []
+    for k, row in enumerate(records):
         native.step(*row)
         found.append(native.get(*places(surrogate, "ERROR_BOUND")))
-        given.append(native.get(2, 2))
-    ahead = forecast.along(records[None], surrogate.inputs, surrogate.input_scaling)
-    scaled, told = (surrogate.input_scaling.apply(part) for part in (records[None], ahead))
-    predicted = surrogate.output_scaling.apply(np.array(given)[None])
-    statistics, _, apart = statistics_of(
-        (bound.companion, None), bound.blocks, scaled, predicted, told
-    )
-    heard = not_quieter(statistics[0, :, None], bound.quietest)
-    scales = local_scales(bound.head.evaluate(heard).astype(np.float64))
-    bounds = bound.bounds(Trust(scales, apart[0], np.zeros(len(scales))), 0.95)
-    within(found, (bounds * surrogate.output_scaling.scale)[1:])
-    # neither what it would say of known inputs, nor of outputs that are corrected afterwards
-    assert not np.allclose(found, surrogate.error_bounds(records)[1:], rtol=0.01)
-
-
-def test_bound_of_what_was_given_counts_anew_after_an_odd_step(load: Load) -> None:
-    """Then all samples are others, of which the importer was given nothing."""
-    surrogate = surrogate_of("judged")
-    native = load(surrogate).instance().start()
-    assert surrogate.bound is not None
-    count = surrogate.bound.filling_length + 20
-    for lengths, expected in (([1.0] * count, 1.0), ([0.5], 0.0), ([1.0] * 3, 3 / (count - 20))):
-        go(native, surrogate, lengths, lambda k: False)
-        assert native.get(*places(surrogate, "BOUND_FILLED")) == [pytest.approx(expected)]
-        assert native.get(*places(surrogate, "WINDOW_FILLED")) == [1.0]
+        if k > 0:
+            known = surrogate.predict_newest(records[: k + 1])[-1]
+            lately += (((known - given) / scale) ** 2 - lately) / 16
+        goal = oracle.step(STEP, row).goal
+        ends = np.vstack([records[: k + 1], goal])
+        given = surrogate.predict_newest(ends)[-1]
+        without.append(surrogate.error_bounds(ends)[-1])
+        expected.append(np.hypot(without[-1], 2.0 * np.sqrt(lately) * scale))
+    np.testing.assert_allclose(found, expected, rtol=10 * TOLERANCE)
+    assert not np.allclose(found, without, rtol=0.01)
 
 
 def smooth_record(count: int) -> FloatArray:
@@ -369,16 +343,11 @@ def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name:
 
 
 @pytest.mark.parametrize("length", [1.0, 2.0, 1.5])
-@pytest.mark.parametrize(
-    ("hold", "judged"), [("zero_order", False), ("first_order", False), ("first_order", True)]
-)
-def test_failed_step_keeps_bounds_that_are_due(
-    load: Load, length: float, hold: str, judged: bool
-) -> None:
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_failed_step_keeps_bounds_that_are_due(load: Load, length: float, hold: str) -> None:
     """Features overflow where the inputs do not."""
     shape = dataclasses.replace(SHAPES["gated"], hold=hold, forecasts=hold == "first_order")
     surrogate = bounded_surrogate(shape, BLOCKS)
-    surrogate = judging(surrogate) if judged else surrogate
     loaded = load(surrogate)
     native, other = loaded.instance().start(), loaded.instance().start()
     for each in (native, other):

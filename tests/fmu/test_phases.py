@@ -41,7 +41,9 @@ SHAPES = {
 }
 STEPS = 150
 
-of_lengths = pytest.mark.parametrize("name", essential(LENGTHS, "tenths", "six_tenths", "switching"))
+of_lengths = pytest.mark.parametrize(
+    "name", essential(LENGTHS, "tenths", "six_tenths", "switching")
+)
 of_shapes = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 
 
@@ -49,9 +51,7 @@ def lengths_of(name: str) -> list[float]:
     return (LENGTHS[name] * STEPS)[:STEPS]
 
 
-def agrees(
-    native: Native, oracle: PlainPhases, lengths: list[float], rows: FloatArray
-) -> None:
+def agrees(native: Native, oracle: PlainPhases, lengths: list[float], rows: FloatArray) -> None:
     """Outputs and, of cells, truncation errors."""
     n_outputs = len(oracle.surrogate.outputs)
     is_cell = isinstance(oracle.surrogate.network, StateSpace)

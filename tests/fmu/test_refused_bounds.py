@@ -20,7 +20,6 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import (
     bounded_surrogate,
     random_bound,
-    with_plain,
     with_span,
 )
 from tests.fmu.native import Load
@@ -292,51 +291,6 @@ def test_floor_of_zero_is_read(load: Load) -> None:
     again = Surrogate.from_bytes(content)
     assert again.to_bytes() == content
     assert load(again).instance().component.value
-
-
-def plain_bounded(spanned: bool = False) -> Surrogate:
-    surrogate = bounded_surrogate(SHAPE)
-    return with_plain(with_span(surrogate) if spanned else surrogate)
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
-@pytest.mark.parametrize("place", [0, 6])
-def test_numbers_of_the_plain_call_that_are_not_positive_are_refused(
-    load: Load, place: int, value: float
-) -> None:
-    surrogate = plain_bounded()
-    message = refused(load(surrogate), edited(surrogate, 8 * place, "<d", value, b"PLAI"))
-    assert "error bound" in message
-
-
-@pytest.mark.parametrize("spanned", [False, True])
-def test_bound_in_the_plain_call_that_is_cut_off_is_refused(load: Load, spanned: bool) -> None:
-    surrogate = plain_bounded(spanned)
-    loaded, body = load(surrogate), surrogate.to_bytes()[:-4]
-    begin, end = body.index(b"PLAI"), body.index(b"META")
-    for length in (0, 48, end - begin - 12):
-        section = b"PLAI" + struct.pack("<I", length) + body[begin + 8 : begin + 8 + length]
-        content = with_checksum(body[:begin] + section + body[end:])
-        assert "surrogate file" in refused(loaded, content)
-
-
-def test_head_of_the_plain_call_with_another_number_of_values_is_refused(load: Load) -> None:
-    one, other = (plain_bounded(spanned).to_bytes()[:-4] for spanned in (False, True))
-    place, end = one.index(b"PLAI"), one.index(b"META")
-    bound = bound_of(plain_bounded(spanned=True))
-    assert bound.plain is not None
-    longer = other[other.index(b"PLAI") : other.index(b"META")]
-    head = 8 + 8 * (bound.factors.size + len(bound.limits) + 4)
-    section = longer[8:head] + longer[head + 16 :]  # without the factors of the estimate
-    section = b"PLAI" + struct.pack("<I", len(section)) + section
-    content = with_checksum(one[:place] + section + one[end:])
-    assert "gives 4 values; expected 2" in refused(load(plain_bounded()), content)
-
-
-def test_bound_of_the_plain_call_without_the_other_is_refused(load: Load) -> None:
-    body = plain_bounded().to_bytes()[:-4]
-    content = body[: body.index(b"BOUN")] + body[body.index(b"PLAI") :]
-    assert "expected section META" in refused(load(plain_bounded()), with_checksum(content))
 
 
 @pytest.mark.parametrize("positions", [0, 3])

@@ -130,7 +130,7 @@ def test_flag_waits_until_the_past_is_known(load: Load, name: str) -> None:
     assert flags(known.start(), surrogate, inputs).all()
 
 
-@pytest.mark.parametrize("name", ["plain", "judged", "span"])
+@pytest.mark.parametrize("name", ["plain", "moving", "span"])
 def test_reading_the_flag_leaves_what_else_is_read(load: Load, name: str) -> None:
     surrogate = tolerant(name)
     loaded = load(surrogate)
@@ -212,34 +212,42 @@ def test_tolerances_are_parameters_in_the_units_of_the_outputs(fmi: FmiVersion) 
         assert variable.start == tolerance
 
 
-def test_held_inputs_that_change_within_a_sample_are_not_trusted(load: Load) -> None:
-    """Half a step after a change, a sample has two inputs; after a whole one, none has."""
-    surrogate = surrogate_of("plain")
+@pytest.mark.parametrize("name", ["plain", "moving"])
+def test_past_fills_with_the_time_whatever_the_steps_are(load: Load, name: str) -> None:
+    surrogate = surrogate_of(name)
     assert surrogate.bound is not None
     count = surrogate.bound.filling_length
-    native = load(surrogate).instance().start()
-    place = places(surrogate, "BOUND_FILLED")
-    moves = [*[(1.0, 0.5)] * count, (0.5, 0.5), (0.5, 0.5)]  # steps in h, and an input
-    moves += [(0.5, 0.6), (0.5, 0.6), (1.0, 0.7), (0.5, 0.7), (1.0, 0.7), (count - 1.5, 0.7)]
-    moves += [(0.25, 0.7), (0.25, 0.7)]
-    found = []
-    for length, value in moves:
-        assert native.set(value, 0.5) == OK
-        assert native.do_step(native.time(), length * STEP) == OK
-        found += native.get(*place)
-    since = [count, count, 0.5, count, count, 1.5, 2.5, count, count, count]
-    assert found[count - 1 :] == pytest.approx([1.0, *np.array(since) / count])
-
-
-def test_longer_steps_of_inputs_that_are_forecast_are_not_trusted(load: Load) -> None:
-    """Nobody knows what such inputs were between the ends of a step."""
-    surrogate = surrogate_of("judged")
-    assert surrogate.bound is not None
-    count = surrogate.bound.filling_length
-    native = load(surrogate).instance().start()
-    found = []
-    for length in (*[1.0] * count, 2.0, 1.0, 1.0, 3.0):
+    native, found = load(surrogate).instance().start(), []
+    lengths = [1.0, 0.5, 0.25, 0.25, 0.1, 0.6, 3.0, 0.37, *[1.0] * count]
+    for length in lengths:
         assert native.set(0.5, 0.5) == OK
         assert native.do_step(native.time(), length * STEP) == OK
         found += native.get(*places(surrogate, "BOUND_FILLED"))
-    assert found[count - 1 :] == pytest.approx([1.0, 0.0, 1 / count, 2 / count, 0.0])
+    assert found == pytest.approx(np.minimum(np.cumsum(lengths) / count, 1.0))
+
+
+@pytest.mark.parametrize(("name", "held"), [("plain", True), ("plain", False), ("moving", False)])
+def test_inputs_that_change_over_a_longer_step_are_out_of_the_domain(
+    load: Load, name: str, held: bool
+) -> None:
+    """Nobody knows what they did in it, unless they are held; until it has left the window."""
+    surrogate = tolerant(name)
+    bound, memory = surrogate.bound, surrogate.network.memory_length
+    assert bound is not None
+    surrogate = dataclasses.replace(
+        surrogate, bound=dataclasses.replace(bound, limits=1e9 * bound.limits)
+    )
+    native = load(surrogate).instance(held=held).start()
+    middle = surrogate.input_scaling.offset
+    place, count = places(surrogate, "IN_DOMAIN"), bound.filling_length
+    inside = []
+    lengths = [1.0] * count + [2.0] + [1.0] * (memory + 2)
+    for k, length in enumerate(lengths):
+        native.set(*(middle + 0.01 * (k > count)))
+        assert native.do_step(native.time(), length * STEP) == OK
+        inside += native.get(*place)
+    doubtful = not held
+    expected = [1.0] * len(lengths)
+    if doubtful:  # from the step on after which it is known that they changed
+        expected[count + 1 : count + 1 + memory] = [0.0] * memory
+    assert inside == expected

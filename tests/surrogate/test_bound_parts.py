@@ -10,7 +10,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.bounded import bounded_surrogate, with_plain, with_span
+from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.samples import random_surrogate
 from tests.refusals import refused
 from tests.surrogate.plain_trust import SEEING, SHAPE, record
@@ -27,52 +27,6 @@ def test_file_keeps_the_bound(kind: str) -> None:
     assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
     assert again.memory_length == surrogate.memory_length
     assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
-
-
-@pytest.mark.parametrize("kind", ["plain", "seen", "span"])
-def test_file_keeps_the_bound_in_the_plain_call(kind: str) -> None:
-    surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE)
-    surrogate = with_plain(with_span(surrogate) if kind == "span" else surrogate)
-    data = surrogate.to_bytes()
-    again = Surrogate.from_bytes(data)
-    assert again.to_bytes() == data
-    inputs, bounds = record(surrogate), []
-    for one in (surrogate, again):
-        assert one.bound is not None
-        assert one.bound.plain is not None
-        bounds += [one.error_bounds(inputs), of_plain_call(one).error_bounds(inputs)]
-        if kind == "span":
-            estimate = of_plain_call(one).estimate_error(inputs)
-            assert not np.allclose(estimate, one.estimate_error(inputs))
-    assert np.array_equal(bounds[:2], bounds[2:])
-    assert not np.allclose(bounds[0], bounds[1])
-
-
-def of_plain_call(surrogate: Surrogate) -> Surrogate:
-    """The surrogate that has the bound of the plain call alone."""
-    assert surrogate.bound is not None
-    return replace(surrogate, bound=surrogate.bound.plain)
-
-
-def test_bound_in_the_plain_call_that_does_not_belong_to_the_other_is_refused() -> None:
-    bound = bounded_surrogate(SHAPE).bound
-    plain = with_plain(bounded_surrogate(SHAPE)).bound
-    spanned = with_span(bounded_surrogate(SHAPE)).bound
-    assert bound is not None
-    assert plain is not None
-    other_blocks = replace(bound, blocks=(1, 2))
-    for wrong in (plain, spanned, other_blocks):
-        with refused(ValueError, "bound in the plain call has another companion"):
-            replace(bound, plain=wrong)
-
-
-def test_bounds_of_both_calls_lose_their_estimates_together() -> None:
-    bound = with_plain(with_span(bounded_surrogate(SHAPE))).bound
-    assert bound is not None
-    alone = bound.without_estimate()
-    assert alone.span is None
-    assert alone.plain is not None
-    assert alone.plain.span is None
 
 
 def test_damaged_file_is_refused() -> None:

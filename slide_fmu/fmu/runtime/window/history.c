@@ -7,7 +7,13 @@ static const double PI = 3.14159265358979323846;
 static const double LARGEST_TURN = 3.141592654589793; /* a little more: rounding never decides */
 static const double SLACK = 1e-6; /* in sample steps */
 
-enum { N_CURVE = 4 }; /* points of the polynomial between two of them */
+/* Largest ratio of the fourth to the second order of a smooth input; of a sine it is 0.03 (w h)^2. */
+static const double SMOOTH = 0.25;
+
+enum {
+    N_CURVE = 4, /* points of the polynomial between two of them */
+    N_BENDS = 3  /* samples before one that show how much an input bends */
+};
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       uint32_t steps_per_sample, bool first_order,
@@ -351,34 +357,50 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
     return course;
 }
 
+/* Does an input bend in a sample no more than twice as much as in those before? Else it may have a
+ * kink. */
+static bool bends_on(const SlideReader *reader, size_t input, double begin, double end,
+                     double bend) {
+    const double half = 0.5 * (end - begin);
+    double after = moving_at(reader, input, begin), most = 0;
+    for (int age = 1; age <= N_BENDS; ++age) {
+        const double middle = moving_at(reader, input, begin - (2 * age - 1) * half);
+        const double before = moving_at(reader, input, begin - 2 * age * half);
+        most = fmax(most, fabs(before - 2 * middle + after));
+        after = before;
+    }
+    return fabs(bend) <= 2 * most;
+}
+
 /* What must be held for a sample to have the effect of an input that moves in all of it. A hold makes
  * a sine of the angular frequency w smaller by sin(x) / x, x = w h / 2; so what is held is the Taylor
  * series of x / sin(x) in derivatives at the middle: u - h^2 / 24 u_2 + 7 h^4 / 5760 u_4. The last term
- * only where four steps show it, and where it is the smaller one, as of smooth inputs. */
+ * only where four steps show it. Of an input that is not so smooth, the mean is held. */
 static double held_for(const SlideReader *reader, size_t input, double begin, double end,
-                       double *corrected) {
+                       double mean, double *corrected) {
     const double quarter = 0.25 * (end - begin);
     const double first = moving_at(reader, input, begin), last = moving_at(reader, input, end);
     const double middle = moving_at(reader, input, begin + 2 * quarter);
+    const double bend = first - 2 * middle + last;
+    double correction = -bend / 6;
+    bool smooth = bends_on(reader, input, begin, end, bend);
     if (step_read(reader)[0] <= quarter + reader->shape->slack) {
         const double before = moving_at(reader, input, begin + quarter);
         const double after = moving_at(reader, input, end - quarter);
-        const double fourth = first - 4 * before + 6 * middle - 4 * after + last;
+        const double fourth = 14 * (first - 4 * before + 6 * middle - 4 * after + last) / 45;
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
-        const double correction = 14 * fourth / 45;
-        if (fabs(correction) < fabs(second)) {
-            *corrected = correction - second;
-            return middle + *corrected;
-        }
+        smooth = fabs(fourth) <= SMOOTH * fabs(second);
+        correction = smooth ? fourth - second : correction;
     }
-    *corrected = -(first - 2 * middle + last) / 6;
-    return middle + *corrected;
+    *corrected = smooth ? correction : middle + correction - mean;
+    return smooth ? middle + correction : mean;
 }
 
 static double sample_of(const SlideReader *reader, size_t input, double begin, double end,
                         double *corrected) {
     const Course course = course_of(reader, input, begin, end);
-    return course.all_moves ? held_for(reader, input, begin, end, corrected) : course.mean;
+    return course.all_moves ? held_for(reader, input, begin, end, course.mean, corrected)
+                            : course.mean;
 }
 
 /* Inputs of which some steps may move. */

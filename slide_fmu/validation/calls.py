@@ -117,8 +117,8 @@ def answers(
 ) -> CallAnswers:
     """Run a fresh instance of an FMU on a motion, as an importer does.
 
-    In the plain call it sets the inputs at t before the step from t; in the call ``known`` those
-    at t + step, and the FMU knows that. Of inputs that are held over the FMU's own step it knows
+    In the plain call it sets the inputs at t before the step from t; in the call ``known`` moving
+    ones at t + step, and the FMU knows that. Of inputs that are held over the FMU's own step it knows
     that they are held, where the communication step shows nothing else.
 
     Args:
@@ -138,17 +138,17 @@ def answers(
             f"a communication step of {step:g} s for a motion of "
             f"{motion.grid * (len(motion.truth) - 1):g} s; expected a shorter one"
         )
-    ahead = 1.0 if call == "known" else 0.0
+    ahead = 1.0 if call == "known" and AT_STEP_END in fmu.references else 0.0
     times = step * (np.arange(count, dtype=np.float64) + ahead)
     rows = motion.course(times)
     columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
     names = [signal.name for signal in outputs]
     bounds = [name for n in names if (name := f"{n}_error_bound") in fmu.references]
     flags = [name for name in (TRUSTED, BOUND_FILLED) if name in fmu.references]
-    parameters, own = dict(motion.parameters), fmu.step * (1 - SLACK)
+    parameters, held = dict(motion.parameters), AT_STEP_END not in fmu.references
     if call == "known":
-        parameters[AT_STEP_END if AT_STEP_END in fmu.references else HELD] = 1.0
-    elif isinstance(motion.course, Stairs) and min(step, motion.course.step) >= own:
+        parameters[HELD if held else AT_STEP_END] = 1.0
+    elif held and isinstance(motion.course, Stairs) and _same(step, motion.course.step, fmu.step):
         # at this step nobody can tell stairs from samples of a smooth signal: the user says so
         parameters[HELD] = 1.0
     values = run_fmu(fmu, columns, [*names, *bounds, *flags], parameters, step).values
@@ -162,6 +162,11 @@ def answers(
         trusted=found[TRUSTED] > 0 if TRUSTED in found else None,
         filled=found[BOUND_FILLED] >= 1 if BOUND_FILLED in found else np.full(len(at), True),
     )
+
+
+def _same(*steps: float) -> bool:
+    """Return whether steps in s are the same, but for rounding."""
+    return max(steps) - min(steps) <= SLACK * max(steps)
 
 
 def row_of(

@@ -118,7 +118,7 @@ def answers(
     """Run a fresh instance of an FMU on a motion, as an importer does.
 
     In the plain call it sets the inputs at t before the step from t; in the call ``known`` moving
-    ones at t + step, and the FMU knows that. Of inputs that are held over the FMU's own step it knows
+    ones at t + step, and the FMU knows that. Of inputs that are held over its own step it knows
     that they are held, where the communication step shows nothing else.
 
     Args:

@@ -84,7 +84,7 @@ def require_finite(name: str, mix: Observations) -> None:
 
 
 def thinned(mix: Observations, most: float) -> Observations:
-    """Take every n-th sample of each trajectory, so that at most ``most`` errors remain."""
+    """Take every n-th sample of each trajectory, so that about ``most`` errors remain."""
     every = max(1, math.ceil(mix.errors.size / most))
     return Observations(*(values[:, ::every] for values in vars(mix).values()))
 

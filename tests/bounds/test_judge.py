@@ -1,4 +1,4 @@
-"""Each call of an FMU has a judge; together they give the tolerances of bounds."""
+"""A judge takes head, factors, limits and tolerances from observed errors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slide_fmu.bounds.calibration import (
+    domain_limits,
     factors_of,
     floors_of,
     scales_of,
@@ -41,10 +42,10 @@ def observations(seed: int, size: float) -> Observations:
     errors = USUAL / 0.95 * rng.uniform(0, 1, (6, 50, 2))
     watched = rng.uniform(0, 1.003, (6, 50, len(bound.limits))) * bound.limits
     disagreement = 4 * USUAL * rng.uniform(0, 1, (6, 50, 2)) ** 5
-    return Observations(statistics, statistics, watched, disagreement, errors)
+    return Observations(statistics, watched, disagreement, errors)
 
 
-def judge_of(*calibrations: Observations) -> Judge:
+def judge_of(calibration: Observations) -> Judge:
     return Judge(
         head=BOUND.head,
         factors=BOUND.factors,
@@ -53,7 +54,7 @@ def judge_of(*calibrations: Observations) -> Judge:
         floors=0.1 * USUAL,
         shares=np.ones(2),
         quietest=np.zeros(BOUND.n_logarithms),
-        calibrations=calibrations,
+        calibration=calibration,
         history=History((), (), ()),
     )
 
@@ -67,42 +68,50 @@ def alarms(seen: Observations, tolerances: FloatArray) -> float:
     return float(np.mean((bounds > tolerances).any(axis=1) | outside))
 
 
-def test_tolerances_are_one_multiple_of_the_usual_errors_and_the_larger_of_two_calls() -> None:
-    plain, known = observations(3, 1.0), observations(4, 3.0)
-    alone = tolerances_of(judge_of(plain), 0.2)
-    assert 0.19 < alarms(plain, alone) <= 0.2
-    both = tolerances_of(judge_of(plain, known), 0.2)
-    assert 0.19 < max(alarms(one, both) for one in (plain, known)) <= 0.2
-    assert np.all(both >= alone)
-    quantiles = np.quantile(plain.errors.reshape(-1, 2), 0.95, axis=0)
-    for tolerances in (alone, both):
+def test_tolerances_are_one_multiple_of_the_usual_errors_with_as_many_alarms_as_asked_for() -> (
+    None
+):
+    calibration = observations(3, 1.0)
+    quantiles = np.quantile(calibration.errors.reshape(-1, 2), 0.95, axis=0)
+    for rate in (0.05, 0.2):
+        tolerances = tolerances_of(judge_of(calibration), rate)
+        assert rate - 0.01 < alarms(calibration, tolerances) <= rate
         np.testing.assert_allclose(tolerances / quantiles, (tolerances / quantiles)[0])
 
 
-def test_judge_of_two_calls_has_the_larger_factors_and_the_usual_errors_of_the_first() -> None:
-    def fit(heard: Sequence[Observations]) -> tuple[FeedForward, History]:
-        assert len(heard) == 2
+def repeated(seed: int, size: float) -> Observations:
+    """As many trajectories as all confidences need."""
+    parts = vars(observations(seed, size)).items()
+    return Observations(**{name: np.repeat(values, 20, axis=0) for name, values in parts})
+
+
+def test_judge_is_calibrated_by_what_its_head_gets() -> None:
+    """Its head learns from the first observations and from further ones, of which few count."""
+    learnt, calibration, further = repeated(11, 1.0), repeated(12, 5.0), repeated(13, 3.0)
+    heard: list[Observations] = []
+
+    def fit(mixes: Sequence[Observations]) -> tuple[FeedForward, History]:
+        heard.extend(mixes)
         return BOUND.head, History((), (), ())
 
-    def call(seed: int, size: float) -> list[Observations]:
-        parts = [observations(seed + i, size) for i in range(2)]
-        return [
-            Observations(**{k: np.repeat(v, 20, axis=0) for k, v in vars(p).items()})
-            for p in parts
-        ]
-
-    kinds = np.zeros(120, dtype=np.int64)
-    calls = [call(11, 1.0), call(21, 3.0)]
-    both = fit_judge(calls, kinds, 0.01, None, fit)
-    expected = np.maximum.reduce(
-        [factors_of(BOUND.head, both.floors, mix, kinds) for mix in both.calibrations]
+    kinds = np.zeros(len(calibration.errors), dtype=np.int64)
+    judge = fit_judge([learnt, calibration, further], kinds, 0.01, None, fit)
+    assert len(heard) == 2
+    assert heard[1].errors.size < 0.07 * learnt.errors.size
+    signed = BOUND.head.n_channels - BOUND.n_logarithms
+    for mix in (*heard, judge.calibration):
+        assert (mix.statistics[:, :, signed:] >= judge.quietest).all()
+    assert (calibration.statistics[:, :, signed:] < judge.quietest).any()
+    np.testing.assert_array_equal(judge.floors, floors_of(calibration))
+    np.testing.assert_array_equal(judge.shares, shares_of(calibration))
+    weighed = judge.shares * calibration.disagreement
+    np.testing.assert_array_equal(judge.calibration.disagreement, weighed)
+    expected = factors_of(BOUND.head, judge.floors, judge.calibration, kinds)
+    np.testing.assert_array_equal(judge.factors, expected)
+    assert not np.array_equal(expected, factors_of(BOUND.head, judge.floors, calibration, kinds))
+    np.testing.assert_array_equal(
+        judge.limits, domain_limits(learnt.watched, calibration.watched, 0.01)
     )
-    np.testing.assert_array_equal(both.factors, expected)
-    assert not np.array_equal(
-        expected, factors_of(BOUND.head, both.floors, both.calibrations[0], kinds)
-    )
-    np.testing.assert_array_equal(both.floors, floors_of(calls[0][1]))
-    np.testing.assert_array_equal(both.shares, shares_of(calls[0][1]))
 
 
 def test_estimate_over_a_span_is_scaled_by_what_its_head_gets() -> None:
@@ -111,17 +120,12 @@ def test_estimate_over_a_span_is_scaled_by_what_its_head_gets() -> None:
     def fit(heard: Sequence[Observations]) -> tuple[FeedForward, History]:
         return head, History((), (), ())
 
-    learnt, calibration = (
-        Observations(
-            **{k: np.repeat(v, 20, axis=0) for k, v in vars(observations(s, 1.0)).items()}
-        )
-        for s in (11, 12)
-    )
+    learnt, calibration = repeated(11, 1.0), repeated(12, 1.0)
     block = 2
-    judge = fit_judge([[learnt, calibration]], np.zeros(120, dtype=np.int64), 0.01, block, fit)
+    judge = fit_judge([learnt, calibration], np.zeros(120, dtype=np.int64), 0.01, block, fit)
     factors = [
-        span_factors(calibration.errors, scales_of(head, afterwards)[..., 2:], block)
-        for afterwards in (judge.calibrations[0].afterwards, calibration.afterwards)
+        span_factors(calibration.errors, scales_of(head, mix.statistics)[..., 2:], block)
+        for mix in (judge.calibration, calibration)
     ]
     assert judge.span is not None
     np.testing.assert_array_equal(judge.span.factors, factors[0])

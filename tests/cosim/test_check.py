@@ -63,7 +63,7 @@ def test_check_names_the_faults_of_a_damaged_fmu(fmu: Path) -> None:
         ),
         (
             {description: xml.replace(b'valueReference="1000000"', b'valueReference="2"')},
-            "1 of 12 variables are not those of this version",
+            "1 of 13 variables are not those of this version",
         ),
         ({description: xml.replace(b"</ModelVariables>", b"")}, description),
         ({description: None}, description),

@@ -16,7 +16,7 @@ from tests.refusals import refused
 from tests.surrogate.plain_trust import SEEING, SHAPE, record
 
 
-@pytest.mark.parametrize("kind", ["plain", "seen", "span"])
+@pytest.mark.parametrize("kind", ["alone", "seen", "span"])
 def test_file_keeps_the_bound(kind: str) -> None:
     surrogate = bounded_surrogate(SEEING if kind == "seen" else SHAPE)
     surrogate = with_span(surrogate) if kind == "span" else surrogate
@@ -27,6 +27,19 @@ def test_file_keeps_the_bound(kind: str) -> None:
     assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
     assert again.memory_length == surrogate.memory_length
     assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
+
+
+def test_bound_without_an_estimate_is_the_same_bound() -> None:
+    surrogate = with_span(bounded_surrogate(SHAPE))
+    assert surrogate.bound is not None
+    alone = replace(surrogate, bound=surrogate.bound.without_estimate())
+    assert alone.bound is not None
+    assert alone.bound.span is None
+    assert not alone.estimates_errors
+    inputs = record(surrogate)
+    np.testing.assert_allclose(
+        alone.error_bounds(inputs), surrogate.error_bounds(inputs), rtol=1e-5
+    )
 
 
 def test_damaged_file_is_refused() -> None:

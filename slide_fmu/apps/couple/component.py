@@ -18,6 +18,7 @@ from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BY_KEY,
+    HELD,
     INITIAL,
     PREHISTORY_KNOWN,
     REFERENCES_PER_KIND,
@@ -279,7 +280,8 @@ def opened(
 ) -> Component:
     """Return a component in initialization mode, with the start values that users have given.
 
-    ``read`` are its outputs and what is watched, as in ``Component``.
+    ``read`` are its outputs and what is watched, as in ``Component``. Where inputs of an FMU of
+    slide-fmu are held, it gets values that hold over a step, no samples of a smooth signal.
     """
     description = system.descriptions[name]
     linked = [link.target.variable for link in system.links if link.target.component == name]
@@ -289,13 +291,14 @@ def opened(
         if pin.component == name
     ]
     values = dict(system.parameters.get(name, {}))
-    if AT_STEP_END in values:
-        raise ValueError(
-            f"component {name!r}: {AT_STEP_END} = {values[AT_STEP_END]}; expected no value, since "
-            "the coupling sets it as the method needs it: leave it out"
-        )
-    if AT_STEP_END in system.names(name, "parameter"):
-        values[AT_STEP_END] = 1.0 if inputs == "reached" else 0.0
+    for way, value in ((AT_STEP_END, 1.0 if inputs == "reached" else 0.0), (HELD, 1.0)):
+        if way in values:
+            raise ValueError(
+                f"component {name!r}: {way} = {values[way]}; expected no value, since the coupling "
+                "sets it as the method needs it: leave it out"
+            )
+        if way in system.names(name, "parameter"):
+            values[way] = value
     asked, knows_past = values.get(PREHISTORY_KNOWN) == 1.0, False
     if is_ours(description) and inputs != "forecast":
         knows_past = asked or inputs == "reached"

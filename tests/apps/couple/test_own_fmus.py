@@ -144,3 +144,25 @@ def test_names_with_commas_are_written_so_that_they_can_be_read(tmp_path: Path) 
     found = read_inputs(written)
     assert list(found) == names
     np.testing.assert_array_equal(found["body.R[1,2]"], [[0.0, 0.5], [1.0, 2.0]])
+
+
+@pytest.mark.parametrize("extrapolation", ["zero", "linear"])
+def test_held_inputs_are_held_where_they_move_smoothly(extrapolation: str) -> None:
+    """What is set is the value in the middle of the step, from which an FMU need not go on."""
+    h = 0.03
+
+    def force(t: float) -> float:
+        return float(300 * np.sin(2 * t))
+
+    run = slide.couple(
+        {"car": DUFFING},
+        [],
+        step=h,
+        stop=h * STEPS,
+        method="jacobi",
+        extrapolation=extrapolation,
+        inputs={"car.force": force},
+    )
+    middle = np.array([force((k + 0.5) * h) for k in range(STEPS)])
+    expected = slide.load(DUFFING).predict_newest(middle[:, None])[:, 0]
+    assert run["car.position"][1:] == pytest.approx(expected, abs=1e-5 * np.ptp(expected))

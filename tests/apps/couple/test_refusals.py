@@ -154,10 +154,14 @@ def test_fmu_of_fmi_1_is_refused(tmp_path: Path) -> None:
         slide.couple({"old": old}, [], step=0.03, stop=0.3)
 
 
-def test_parameter_that_the_coupling_sets_is_refused() -> None:
-    given = {"crank.inputs_at_step_end": 0.0}
-    with refused(ValueError, "'crank'", "inputs_at_step_end = 0.0", "leave it out"):
-        slide.couple({"crank": CRANK}, [], step=0.03125, stop=0.0625, parameters=given)
+@pytest.mark.parametrize(
+    ("name", "fmu", "step"),
+    [("inputs_at_step_end", CRANK, 0.03125), ("inputs_held", DUFFING, 0.03)],
+)
+def test_parameter_that_the_coupling_sets_is_refused(name: str, fmu: Path, step: float) -> None:
+    given = {f"one.{name}": 0.0}
+    with refused(ValueError, "'one'", f"{name} = 0.0", "leave it out"):
+        slide.couple({"one": fmu}, [], step=step, stop=2 * step, parameters=given)
 
 
 def test_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:

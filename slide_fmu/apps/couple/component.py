@@ -294,8 +294,8 @@ def opened(
     for way, value in ((AT_STEP_END, 1.0 if inputs == "reached" else 0.0), (HELD, 1.0)):
         if way in values:
             raise ValueError(
-                f"component {name!r}: {way} = {values[way]}; expected no value, since the coupling "
-                "sets it as the method needs it: leave it out"
+                f"component {name!r}: {way} = {values[way]}; expected no value, since the "
+                "coupling sets it as the method needs it: leave it out"
             )
         if way in system.names(name, "parameter"):
             values[way] = value

@@ -66,7 +66,7 @@ def reading(path: Path) -> Iterator[None]:
 PACKAGE = Path(__file__).parents[1]
 ROOMS = (
     *("core", "features", "excitation", "network", "systems"),
-    *("surrogate", "recipe", "data", "fmu", "memory", "cosim", "fitting", "bounds"),
+    *("surrogate", "recipe", "data", "fmu", "memory", "fitting", "bounds"),
 )
 """Rooms whose code a training runs: all that ``bounds`` imports, directly or indirectly. A test
 compares this list with the imports, so that no change of their code is missed by the checkpoints:

@@ -10,7 +10,6 @@ static void place_watcher(SlideWatcher *watcher, const SlideInstance *instance,
                           SlideArena *arena) {
     if (watcher->show != NULL) {
         watcher->undo = slide_place(arena, instance->state.size, 1);
-        watcher->forecast = slide_place(arena, instance->state.forecast.size, 1);
         watcher->set = slide_place(arena, instance->model.n_inputs, sizeof(bool));
         watcher->from = slide_place(arena, instance->model.n_inputs, sizeof(double));
         watcher->to = slide_place(arena, instance->model.n_inputs, sizeof(double));

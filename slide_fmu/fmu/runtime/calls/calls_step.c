@@ -52,14 +52,8 @@ static bool have_direction(const SlideInstance *instance) {
  * as if it had had its whole length from the begin. */
 static bool stream_step(SlideInstance *instance, double length, bool further) {
     SlideState *state = &instance->state;
-    SlideForecastState *forecast = &state->forecast;
     if (!further && !have_direction(instance)) {
         return false;
-    }
-    if (further) {
-        memcpy(forecast->spacing, instance->watcher.forecast, forecast->size);
-    } else if (instance->watcher.show != NULL) {
-        memcpy(instance->watcher.forecast, forecast->spacing, forecast->size);
     }
     bool done = further ? slide_stream_go_on(&instance->model, state)
                         : slide_stream_step(&instance->model, state, length);

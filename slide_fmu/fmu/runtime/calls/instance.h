@@ -51,7 +51,6 @@ struct SlideWatcher {
     bool may_end;           /* may the importer end a step early? */
     bool *set;              /* [n_inputs], inputs that the importer set */
     void *undo;             /* room for the state before the step */
-    void *forecast;         /* room for what forecasts were made from before the part that goes on */
     double *from, *to;      /* [n_inputs], what inputs of a first-order hold move between */
 };
 

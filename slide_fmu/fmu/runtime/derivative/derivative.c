@@ -186,7 +186,6 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     slide_model_form(model, state->acting);
     memcpy(scratch->inputs, state->inputs, row);
     memcpy(scratch->given, fresh ? state->inputs : state->before.given, row);
-    memcpy(scratch->forecast, state->forecast.spacing, state->forecast.size);
     const Replay replay = replay_of(model, state, scratch);
     for (size_t side = 0; side < 2; ++side) {
         const double amount = (side == 0 ? DISTANCE : -DISTANCE) / largest;
@@ -195,7 +194,6 @@ void slide_directional_derivative(const SlideModel *model, SlideState *state,
     }
     if (!fresh) {
         slide_stream_set_again(model, state, scratch->given);
-        memcpy(state->forecast.spacing, scratch->forecast, state->forecast.size);
     }
     memcpy(state->inputs, scratch->inputs, row);
     for (size_t i = 0; i < 3 * n; ++i) {
@@ -209,7 +207,6 @@ void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *m
                             SlideArena *arena) {
     const size_t row = model->n_inputs * sizeof(double);
     const size_t results = 3 * model->n_outputs * sizeof(double);
-    const size_t n_bytes = slide_forecast_state_size(&model->forecast, model->n_inputs);
     const SlideNetwork *predictor = &model->predictor, *estimator = &model->estimator.network;
     predictor->family->place_exact(&scratch->predictor, predictor, arena);
     if (model->estimator.positions > 0) {
@@ -217,7 +214,6 @@ void slide_derivative_place(SlideDerivativeScratch *scratch, const SlideModel *m
     }
     scratch->inputs = slide_place(arena, 1, row);
     scratch->given = slide_place(arena, 1, row);
-    scratch->forecast = slide_place(arena, n_bytes, 1);
     scratch->results[0] = slide_place(arena, 1, results);
     scratch->results[1] = slide_place(arena, 1, results);
     scratch->direction = slide_place(arena, 1, row);

@@ -21,7 +21,6 @@ typedef struct {
     SlideExact predictor, estimator;
     double *inputs;     /* [n_inputs], as they are set now */
     double *given;      /* [n_inputs], as they were for the last step */
-    void *forecast;     /* what a forecast of the inputs goes by */
     double *results[2]; /* [3][n_outputs] on either side: SlideDerivatives, scaled */
     double *direction;  /* [n_inputs], one at a time */
     double *slopes;     /* [3][n_outputs], the derivatives in that direction */

@@ -41,7 +41,8 @@ void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
 void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *forecast,
                                 uint32_t n_inputs, SlideArena *arena);
 
-size_t slide_forecast_state_size(const SlideForecast *forecast, uint32_t n_inputs);
+/* From one state to another of the same shape; of an empty one only that it is empty. */
+void slide_forecast_copy(const SlideForecastState *from, SlideForecastState *to);
 
 /* The newest communication point is the begin of the newest step of the history, whose length is H:
  * it shows how far the changes that were forecast for it are off. The points before it are read from

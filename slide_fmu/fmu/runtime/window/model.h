@@ -36,7 +36,7 @@ typedef struct {
     double *end;              /* [n_inputs], SlideHistory.end */
     double *given, *rates;    /* [n_inputs], SlideBeforeStep.given and rates */
     bool *told;               /* [n_inputs], SlideBeforeStep.told */
-    unsigned char *moved;     /* [n_inputs], of the newest step of the history */
+    unsigned char *moved;     /* [n_inputs], SlideBeforeStep.moved */
     double *forecast;         /* [n_outputs], SlideAhead.forecast */
     double *acting;           /* [parameters.count], SlideState.acting */
     double *since;            /* [n_phases + 1], SlideSeenHead.since */

@@ -6,6 +6,9 @@
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
     size_t row = model->n_inputs * sizeof(double);
     before->given = slide_place(arena, 1, row);
+    before->moved = slide_place(arena, model->n_inputs, 1);
+    slide_forecast_place_state(&before->forecast[0], &model->forecast, model->n_inputs, arena);
+    slide_forecast_place_state(&before->forecast[1], &model->forecast, model->n_inputs, arena);
     before->rates = slide_place(arena, 1, row);
     before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
     if (slide_is_recurrent(model->predictor.family)) {
@@ -120,7 +123,7 @@ bool slide_state_is_sound(const SlideModel *model, const SlideState *state, cons
     const uint64_t n_steps = counter_in(state, block, state->history.count);
     bool sound = isfinite(slide_clock_time(&head.clock)) &&
                  isfinite(slide_clock_time(&head.inner)) && isfinite(head.last_length) &&
-                 head.now <= model->n_phases && head.before <= 1 &&
+                 head.now <= model->n_phases && head.before <= 1 && head.forecast <= 1 &&
                  head.n_since <= 2 * (uint64_t)model->n_in && head.n_looked <= model->n_redone &&
                  n_steps < LARGEST_COUNT &&
                  (n_steps > 0) == (head.n_steps > 0) &&

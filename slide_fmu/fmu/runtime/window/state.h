@@ -31,6 +31,7 @@ typedef struct {
     uint64_t estimated; /* the same of its estimate */
     uint64_t now;       /* place of SlideState.seen behind the outputs */
     uint64_t before;    /* place in SlideState.before.predictor */
+    uint64_t forecast;  /* place in SlideState.before.forecast */
     uint64_t n_looked;  /* samples that the predictor looked at, if it saw all of them anew; else 0 */
     uint64_t n_since;   /* samples that this took in since what SlideState.before has; 0: all are
                            others */
@@ -46,6 +47,9 @@ typedef struct {
 /* What the last step began with: by it and by the history, derivatives do it again. */
 typedef struct {
     double *given; /* [n_inputs], the inputs that were set for it */
+    unsigned char *moved; /* [n_inputs], SlideMove of the step before it, when it began */
+    SlideForecastState forecast[2]; /* when it began, in place head->forecast; in the other one that
+                                       of the step before */
     double *rates; /* [n_inputs], of a step whose inputs moved, their derivatives */
     bool *told;    /* [n_inputs], of such a step: whose derivatives tell how they go on */
     SlideNetworkState predictor[2]; /* of recurrent networks, before head->n_since samples, in place

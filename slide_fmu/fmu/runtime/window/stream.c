@@ -227,6 +227,17 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
         head->moving = 0;
     }
     append(model, state);
+    head->forecast = 1 - head->forecast;
+    slide_forecast_copy(&state->forecast, &state->before.forecast[head->forecast]);
+    memcpy(state->before.moved, slide_history_moved(&model->history, &state->history, 1),
+           model->n_inputs);
+}
+
+/* What forecasts go by is what it was when the newest step began. */
+static void begin_again(const SlideModel *model, SlideState *state) {
+    slide_forecast_copy(&state->before.forecast[state->head->forecast], &state->forecast);
+    memcpy(slide_history_moved(&model->history, &state->history, 1), state->before.moved,
+           model->n_inputs);
 }
 
 void slide_stream_set_again(const SlideModel *model, SlideState *state, const double *inputs) {
@@ -240,7 +251,7 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
     if (first || !ends) {
         memcpy(slide_history_newest(&model->history, &state->history) + 1, inputs, row);
     }
-    *state->forecast.spacing = 0; /* its points are read again */
+    begin_again(model, state);
     go_to_end(model, state);
 }
 
@@ -280,10 +291,7 @@ static void prepare(const SlideModel *model, SlideState *state) {
     memcpy(undo->rates, state->before.rates, row);
     memcpy(undo->told, state->before.told, model->n_inputs * sizeof *undo->told);
     memcpy(undo->forecast, state->ahead.forecast, model->n_outputs * sizeof(double));
-    if (*state->history.count > 0) {
-        memcpy(undo->moved, slide_history_moved(&model->history, &state->history, 0),
-               model->n_inputs);
-    }
+    memcpy(undo->moved, state->before.moved, model->n_inputs);
     memcpy(undo->acting, state->acting, model->parameters.count * sizeof(double));
     slide_phases_prepare(model, state);
 }
@@ -298,7 +306,7 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
     memcpy(state->before.given, model->undo.given, row);
     memcpy(state->before.rates, model->undo.rates, row);
     memcpy(state->before.told, model->undo.told, model->n_inputs * sizeof *state->told);
-    *state->forecast.spacing = 0; /* its points are read again */
+    slide_forecast_copy(&state->before.forecast[state->head->forecast], &state->forecast);
     *state->head = *head;
     if (head->n_steps == 0) {
         *state->history.count = 0;
@@ -308,8 +316,9 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
     }
     *state->history.count -= 1;
     memcpy(state->history.end, model->undo.end, row);
-    memcpy(slide_history_moved(&model->history, &state->history, 0), model->undo.moved,
+    memcpy(slide_history_moved(&model->history, &state->history, 0), state->before.moved,
            model->n_inputs);
+    memcpy(state->before.moved, model->undo.moved, model->n_inputs);
     memcpy(state->acting, model->undo.acting, model->parameters.count * sizeof(double));
     slide_model_form(model, state->acting);
     if (!slide_phases_undo(model, state)) { /* else all is found again */
@@ -339,6 +348,7 @@ bool slide_stream_step(const SlideModel *model, SlideState *state, double length
 
 bool slide_stream_go_on(const SlideModel *model, SlideState *state) {
     SlideHead *head = state->head;
+    begin_again(model, state);
     head->n_steps -= 1; /* both are one */
     head->concluded = head->estimated = 0;
     head->last_length = (nearbyint(head->last_length / model->step) + 1) * model->step;

@@ -177,6 +177,7 @@ class Fmi3(Caller):
             ends=watches,
             surrogate=loaded.surrogate,
         )
+        self.native.hold_inputs()
         surrogate = loaded.surrogate
         names = [variable.name for variable in fmu_variables(surrogate, 3)]
         self.n_inputs, n_outputs = len(surrogate.inputs), len(surrogate.outputs)

@@ -49,21 +49,34 @@ class Rules:
         """The points that a forecast and its scores look at."""
         return max(self.weights.shape[1], 3) + self.n_scored + 1
 
-    def change(self, x: list[float]) -> tuple[float, bool]:
-        """The change expected after values H apart, newest first; and does the input move?"""
-        held = [x[j] - x[j + 1] for j in range(self.n_scored)]
-        best, moves, least = 0.0, False, 0.5 * sum(change**2 for change in held)
+    def changes(self, x: list[float], at: int = 0) -> list[float]:
+        """What all choices expect after values H apart, newest first, from one of them on: of
+        those the first holds, and the last is a cubic."""
         cubic = np.array([-6.0, 4.0, -1.0])
-        choices = [(one, 1.0) for one in self.weights]
-        for weights, better in [*choices, *[(cubic, 0.5)] * bool(choices)]:
-            errors = [x[j] - x[j + 1] - self._of(weights, x, j + 1) for j in range(self.n_scored)]
-            if (score := sum(error**2 for error in errors)) < better * least:
-                best, moves, least = self._of(weights, x, 0), True, score
-        return best, moves and sum(change != 0 for change in held) >= self.least_changes
+        found = [
+            sum(w * (x[at + i + 1] - x[at]) for i, w in enumerate(weights))
+            for weights in ([0.0], *self.weights, cubic)
+        ]
+        return [min(max(change, -self.largest), self.largest) for change in found]
 
-    def _of(self, weights: FloatArray, x: list[float], at: int) -> float:
-        found = sum(w * (x[at + i + 1] - x[at]) for i, w in enumerate(weights))
-        return min(max(found, -self.largest), self.largest)
+    def errors(self, x: list[float]) -> list[list[float]]:
+        """How far all choices were off at the newest values, newest first."""
+        return [
+            [x[j] - x[j + 1] - change for change in self.changes(x, j + 1)]
+            for j in range(self.n_scored)
+        ]
+
+    def best(self, errors: list[list[float]]) -> tuple[int, bool]:
+        """Which choice is taken; and does the input move?"""
+        scores = np.sum(np.array(errors[: self.n_scored]) ** 2, axis=0)
+        best, least = 0, 0.5 * scores[0]
+        for index in range(1, len(self.weights) + 1):
+            if scores[index] < least:
+                best, least = index, scores[index]
+        if len(self.weights) > 0 and scores[-1] < 0.5 * least:
+            best = len(scores) - 1
+        n_changes = sum(one[0] != 0 for one in errors[: self.n_scored])
+        return best, best > 0 and n_changes >= self.least_changes
 
 
 HELD_CANDIDATES = np.array([[-1.0, 0.0], [-3.0, 1.0]])
@@ -100,18 +113,33 @@ def turned(director: FloatArray, angle: float) -> tuple[float, float]:
     return z.real, z.imag
 
 
+Errors = dict[int, list[list[float]]]
+"""How far all choices were off, of every input, newest first."""
+
+
+def channel(surrogate: Surrogate, past: list[FloatArray], index: int) -> list[float]:
+    """Values of one input, or of an angle by its cosine's place, relative to the newest."""
+    x = [0.0]
+    for later, before in itertools.pairwise(past):
+        x.append(x[-1] - change_to(surrogate.inputs[index], before, later, index))
+    return x
+
+
 def plain_ahead(
-    surrogate: Surrogate, past: list[FloatArray], steps: float
+    surrogate: Surrogate, past: list[FloatArray], steps: float, errors: Errors | None = None
 ) -> tuple[FloatArray, list[bool]]:
-    """The inputs expected a step after these, newest first; and which of them move."""
+    """The inputs expected a step after these, newest first; and which of them move.
+
+    Args:
+        errors: of former forecasts; None: those at the past inputs.
+    """
     ahead, moves = np.array(past[0]), [False] * len(surrogate.inputs)
     for i, signal in enumerate(surrogate.inputs):
         if signal.angle == "sine":
             continue
-        x = [0.0]
-        for later, before in itertools.pairwise(past):
-            x.append(x[-1] - change_to(signal, before, later, i))
-        change, moves[i] = rules_of(surrogate, i, steps).change(x)
+        x, rules = channel(surrogate, past, i), rules_of(surrogate, i, steps)
+        best, moves[i] = rules.best(rules.errors(x) if errors is None else errors[i])
+        change = rules.changes(x)[best]
         if signal.angle == "cosine":
             ahead[i : i + 2] = turned(past[0][i : i + 2], change)
         else:
@@ -151,6 +179,7 @@ class Moving(Resampling):
         self.ways: list[list[int]] = []
         self.goal = np.zeros(0)
         self._points: list[FloatArray] = []
+        self._errors: Errors = {}
         self._spacing = 0.0
 
     @property
@@ -185,19 +214,35 @@ class Moving(Resampling):
         return self
 
     def _see(self, begin: float, length: float) -> None:
-        """The points that forecasts look at, H apart until the newest communication point."""
-        if abs(self._spacing - length) <= 1e-9 * length:
+        """The points that forecasts look at, H apart until the newest communication point; and
+        how far former forecasts were off, of whatever length their steps were."""
+        h, anew = self.surrogate.window.step, self._spacing == 0
+        angles = [signal.angle for signal in self.surrogate.inputs]
+        rules = {i: rules_of(self.surrogate, i, self._spacing / h)
+                 for i, angle in enumerate(angles) if angle != "sine"}  # fmt: skip
+        if not anew:
+            for i, rule in rules.items():
+                expected = rule.changes(channel(self.surrogate, self._points, i))
+                change = change_to(self.surrogate.inputs[i], self._points[0], self.rows[-1], i)
+                self._errors[i].insert(0, [change - one for one in expected])
             self._points.insert(0, self.rows[-1])
-            return
-        n = max(rules_of(self.surrogate, i, 1.0).n_points for i in range(len(self.rows[0])))
-        reach = (self.surrogate.memory_length + 2) * self.surrogate.window.step
-        self._points = [self.at(begin - min(age * length, reach)) for age in range(n)]
-        self._spacing = length
+        if abs(self._spacing - length) > 1e-9 * length:
+            reach = (self.surrogate.memory_length + 2) * h
+            n = max(rule.n_points for rule in rules.values())
+            self._points = [self.at(begin - min(age * length, reach)) for age in range(n)]
+            self._spacing = length
+        if anew:
+            self._errors = {
+                i: rules_of(self.surrogate, i, length / h).errors(
+                    channel(self.surrogate, self._points, i)
+                )
+                for i in rules
+            }
 
     def _tell(self, length: float, ends: bool) -> list[int]:
         """Which inputs move in this step, and did in the one before; where they get to."""
         steps = length / self.surrogate.window.step
-        goal, moves = plain_ahead(self.surrogate, self._points, steps)
+        goal, moves = plain_ahead(self.surrogate, self._points, steps, self._errors)
         if not self.first_order:  # angles are held
             moves = [m and not self.known and s.angle is None
                      for m, s in zip(moves, self.surrogate.inputs, strict=True)]  # fmt: skip
@@ -295,10 +340,22 @@ class Moving(Resampling):
                 at, step = to, step + (not last)
             found[i] = mean
             if all_move:
-                three = [self._on_curve(self._step_at(time), i, time)[0]
-                         for time in (begin, 0.5 * (begin + end), min(end, self.now - slack))]  # fmt: skip
-                found[i] = (8 * three[1] - three[0] - three[2]) / 6
+                found[i] = self._held_for(first, i, begin, end)
         return found
+
+    def _held_for(self, first: int, index: int, begin: float, end: float) -> float:
+        """Of an input that moves in all of a sample: by the Taylor series of x / sin(x)."""
+        slack, last = SLACK * self.surrogate.window.step, self.now
+        at = [
+            self._on_curve(self._step_at(time), index, time)[0]
+            for time in np.minimum(np.linspace(begin, end, 5), last - slack)
+        ]
+        plain = -(at[0] - 2 * at[2] + at[4]) / 6
+        if self._end(first)[0] - self.begins[first] <= (end - begin) / 4 + slack:
+            second = np.dot([-1, 16, -30, 16, -1], at) / 18
+            fourth = 14 / 45 * np.dot([1, -4, 6, -4, 1], at)
+            plain = fourth - second if abs(fourth) < abs(second) else plain
+        return float(at[2] + plain)
 
     def sample(self, end: float) -> FloatArray:
         """The sample of the inputs that ends at a time."""

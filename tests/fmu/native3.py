@@ -24,7 +24,7 @@ NO, YES = ctypes.c_bool(False), ctypes.c_bool(True)
 
 
 class Native3:
-    """One FMU instance through ctypes; held inputs are held in every step, unless held is false."""
+    """One FMU instance through ctypes."""
 
     def __init__(
         self,
@@ -36,7 +36,6 @@ class Native3:
         watch: Watch | None = None,
         ends: bool = False,
         surrogate: Surrogate | None = None,
-        held: bool = True,
     ) -> None:
         self.library = library
         self.places = Places(surrogate, 3)
@@ -54,8 +53,6 @@ class Native3:
         self.instance = ctypes.c_void_p(pointer)
         self.last = 0.0
         self.flags: tuple[bool, ...] = ()
-        if held and pointer:
-            self.hold_inputs()
 
     def _log(self, _environment: object, _status: int, _kind: bytes, text: bytes) -> None:
         self.messages.append(text.decode())
@@ -167,10 +164,17 @@ class Native3:
         return status
 
 
-def instance_of(loaded: Loaded, **options: Any) -> Native3:
-    """An FMU as an instance of FMI 3.0; options are those of Native3."""
+def instance_of(loaded: Loaded, held: bool = True, **options: Any) -> Native3:
+    """An FMU as an instance of FMI 3.0; options are those of Native3.
+
+    Held inputs are held in every step, unless ``held`` is false: then those that move smoothly are
+    taken to do so within steps, too.
+    """
     folder = with_separator(loaded.folder / "resources")
-    return Native3(loaded.library, loaded.guid, folder, surrogate=loaded.surrogate, **options)
+    made = Native3(loaded.library, loaded.guid, folder, surrogate=loaded.surrogate, **options)
+    if held and made.instance.value:
+        made.hold_inputs()
+    return made
 
 
 def with_separator(folder: Path) -> str:

@@ -25,8 +25,8 @@ class Phase:
 
     Attributes:
         end: of the newest sample, in h.
-        samples: physical, oldest first; the newest ``n_open`` may still change, and the first three
-            are seen by features only.
+        samples: physical, oldest first; the newest ``n_open`` may still change, and features alone
+            see the first three.
         n_held: so many samples like the first were before.
         age: number of the step that needed it last.
         errors: truncation errors that stay until they are measured.

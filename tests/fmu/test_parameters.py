@@ -140,11 +140,8 @@ def test_change_in_a_run_keeps_what_is_remembered(load: Load, fmi: FmiVersion) -
     assert found == pytest.approx(after, abs=1e-4)  # what the cell has not forgotten
 
 
-@pytest.mark.parametrize("parts", [(1.5,), (0.5, 0.5), (1.0, 0.5, 1.0, 0.5)])
-def test_step_of_a_broken_length_knows_the_new_parameters_alone(
-    load: Load, parts: tuple[float, ...]
-) -> None:
-    """It evaluates the whole window anew, even if it ends a whole number of samples later."""
+def test_first_step_in_a_phase_knows_the_new_parameters_alone(load: Load) -> None:
+    """It evaluates the whole window anew."""
     loaded = load(random_surrogate(SHAPE))
     run, other, rows = Run(loaded, 2), Run(loaded, 2), inputs(30)
     run.native.start()
@@ -153,13 +150,49 @@ def test_step_of_a_broken_length_knows_the_new_parameters_alone(
     for row in rows:
         run.step(row)
         other.step(row)
-    for length in parts[:-1]:
-        run.step(rows[1], length)
-        other.step(rows[1], length)
     assert run.set(**GIVEN) == OK
-    expected = pytest.approx(other.step(rows[0], parts[-1]), abs=1e-4 if len(parts) > 1 else SAME)
-    assert run.step(rows[0], parts[-1]) == expected
+    assert run.step(rows[0], 1.5) == pytest.approx(other.step(rows[0], 1.5), abs=SAME)
     assert run.get(PARAMETERS_SETTLED) == 1
+
+
+@pytest.mark.parametrize("hold", ["zero_order", "first_order"])
+def test_each_phase_counts_its_samples_since_parameters_changed(load: Load, hold: str) -> None:
+    """What it had seen before stays; once all is forgotten, only the new parameters count."""
+    loaded = load(random_surrogate(Shape(**{**vars(SHAPE), "hold": hold})))
+    run, other = Run(loaded, 2), Run(loaded, 2)
+    memory = loaded.surrogate.network.memory_length
+    rows = inputs(240)
+    assert other.set(**GIVEN) == OK
+    for one in (run, other):
+        one.native.start()
+        for row in rows[:60]:
+            one.step(row, 0.5)
+    assert run.set(**GIVEN) == OK
+    settled = []
+    for row in rows[60:]:
+        found, expected = (one.step(row, 0.5) for one in (run, other))
+        settled.append(run.get(PARAMETERS_SETTLED) * memory)
+    assert found == pytest.approx(expected, abs=1e-4)
+    counts = np.minimum(1 + np.arange(180) // 2, memory)
+    assert settled == pytest.approx(counts)
+
+
+def test_failed_step_does_not_accept_parameters(load: Load) -> None:
+    """Those of the outputs stay, and the flag that tells of them."""
+    cell = CellShape(states=4, parameters=3, activation="cubic")
+    loaded = load(random_surrogate(Shape(**{**vars(SHAPE), "cell": cell})))
+    run = Run(loaded, 2)
+    run.native.start()
+    for row in inputs(50):
+        run.step(row)
+    slopes_before = slopes(run, ["mass"], [1.0])
+    assert run.set(**GIVEN) == OK
+    assert run.native.set(1e30, 1e30) == OK
+    assert run.native.do_step(run.time, STEP) == ERROR
+    assert run.get(PARAMETERS_SETTLED) == 1
+    assert np.array_equal(slopes(run, ["mass"], [1.0]), slopes_before)
+    run.step(inputs(1)[0])
+    assert run.get(PARAMETERS_SETTLED) < 1
 
 
 @both_standards

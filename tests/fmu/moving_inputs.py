@@ -340,22 +340,31 @@ class Moving(Resampling):
                 at, step = to, step + (not last)
             found[i] = mean
             if all_move:
-                found[i] = self._held_for(first, i, begin, end)
+                held = self._held_for(first, i, begin, end)
+                found[i] = mean if held is None else held
         return found
 
-    def _held_for(self, first: int, index: int, begin: float, end: float) -> float:
-        """Of an input that moves in all of a sample: by the Taylor series of x / sin(x)."""
-        slack, last = SLACK * self.surrogate.window.step, self.now
-        at = [
-            self._on_curve(self._step_at(time), index, time)[0]
-            for time in np.minimum(np.linspace(begin, end, 5), last - slack)
-        ]
-        plain = -(at[0] - 2 * at[2] + at[4]) / 6
-        if self._end(first)[0] - self.begins[first] <= (end - begin) / 4 + slack:
-            second = np.dot([-1, 16, -30, 16, -1], at) / 18
-            fourth = 14 / 45 * np.dot([1, -4, 6, -4, 1], at)
-            plain = fourth - second if abs(fourth) < abs(second) else plain
-        return float(at[2] + plain)
+    def _held_for(self, first: int, index: int, begin: float, end: float) -> float | None:
+        """Of an input that moves in all of a sample: by the Taylor series of x / sin(x); None
+        where it may have a kink, or is not so smooth."""
+        slack, last, h = SLACK * self.surrogate.window.step, self.now, end - begin
+
+        def at(times: FloatArray) -> FloatArray:
+            kept = np.minimum(times, last - slack)
+            return np.array([self._on_curve(self._step_at(t), index, t)[0] for t in kept])
+
+        values, second = at(np.linspace(begin, end, 5)), np.array([1, -2, 1])
+        bend = np.dot(second, values[::2])
+        smooth, correction = True, -bend / 6
+        if self._end(first)[0] - self.begins[first] <= h / 4 + slack:
+            of_second = np.dot([-1, 16, -30, 16, -1], values) / 18
+            of_fourth = 14 / 45 * np.dot([1, -4, 6, -4, 1], values)
+            smooth, correction = abs(of_fourth) <= 0.25 * abs(of_second), of_fourth - of_second
+        else:
+            before = at(begin - h / 2 * np.arange(7))
+            bends = [abs(np.dot(second, before[k : k + 3])) for k in (0, 2, 4)]
+            smooth = abs(bend) <= 2 * max(bends)
+        return float(values[2] + correction) if smooth else None
 
     def sample(self, end: float) -> FloatArray:
         """The sample of the inputs that ends at a time."""

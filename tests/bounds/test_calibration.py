@@ -80,10 +80,10 @@ def test_few_trajectories_with_large_errors_do_not_raise_thefloors_of() -> None:
     rng = np.random.default_rng(6)
     errors = rng.uniform(0, 1, (50, 40, 2))
     other = np.zeros((50, 40, 1))
-    alike = floors_of(Observations(other, other, other, errors, errors))
+    alike = floors_of(Observations(other, other, errors, errors))
     np.testing.assert_allclose(alike, 0.15 * 0.95, rtol=0.02)
     errors[:10, :, 1] *= 1000
-    few = floors_of(Observations(other, other, other, errors, errors))
+    few = floors_of(Observations(other, other, errors, errors))
     np.testing.assert_allclose(few, [alike[0], 0.45 * 0.95], rtol=0.02)
 
 
@@ -93,7 +93,7 @@ def test_share_of_the_disagreement_is_the_part_that_the_surrogate_errs() -> None
     errors = np.abs(rng.normal(size=(50, 200, 2)))
     apart = np.abs(errors + rng.normal(size=errors.shape) * [3.0, 0.0])
     other = np.zeros((50, 200, 1))
-    seen = Observations(other, other, other, apart, errors)
+    seen = Observations(other, other, apart, errors)
     found = shares_of(seen)
     np.testing.assert_allclose(found, [1 / np.sqrt(10), 1.0], rtol=0.1)
     np.testing.assert_array_equal(seen.weighed(found).disagreement, found * apart)
@@ -107,7 +107,7 @@ def test_factors_cover_the_calibration_together_with_floors_and_disagreement() -
     scales = scales_of(bound.head, statistics)
     errors = scales * np.abs(rng.normal(size=scales.shape)) * rng.uniform(0, 2, scales.shape)
     disagreement = errors * rng.uniform(0, 1.3, scales.shape)
-    seen = Observations(statistics, statistics, statistics, disagreement, errors)
+    seen = Observations(statistics, statistics, disagreement, errors)
     floors = np.array([0.0, 0.5]) * seen.usual_errors()
     factors = factors_of(bound.head, floors, seen, ALIKE)
     assert (np.diff(factors, axis=0) > 0).all()
@@ -130,11 +130,11 @@ def test_few_trajectories_give_no_bound_of_99_percent_and_fewer_none_at_all() ->
     for count in (20, 99, 100):
         statistics = rng.normal(size=(count, 30, bound.head.n_channels))
         errors = rng.uniform(0, 1, (count, 30, 2))
-        seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+        seen = Observations(statistics, statistics, 0.0 * errors, errors)
         found = factors_of(bound.head, np.zeros(2), seen, ALIKE[:count])
         assert (found[:2] < NO_BOUND).all()
         assert (found[2] == NO_BOUND).all() == (count < 100)
-    few = Observations(*(part[:19] for part in (statistics,) * 3), 0.0 * errors[:19], errors[:19])
+    few = Observations(*(part[:19] for part in (statistics,) * 2), 0.0 * errors[:19], errors[:19])
     with refused(ValueError, "with 19 trajectories", "at least 20"):
         factors_of(bound.head, np.zeros(2), few, ALIKE[:19])
 
@@ -147,7 +147,7 @@ def test_common_kinds_are_covered_nearly_as_often_as_all_samples() -> None:
     scales, kinds = scales_of(bound.head, statistics), np.arange(120) % 3
     errors = scales * np.abs(rng.normal(size=scales.shape))
     errors[kinds == 2] *= 3.0
-    seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+    seen = Observations(statistics, statistics, 0.0 * errors, errors)
     alike, apart = (factors_of(bound.head, np.zeros(2), seen, of) for of in (ALIKE, kinds))
     covered = (errors <= alike[1] * scales)[kinds == 2].mean(axis=(0, 1))
     assert (covered < 0.9).all()
@@ -165,7 +165,7 @@ def test_factors_rise_where_a_kind_counts_for_the_lowest_confidence_alone() -> N
     scales, kinds = scales_of(bound.head, statistics), (np.arange(120) >= 100).astype(np.int64)
     errors = scales * np.abs(rng.normal(size=scales.shape))
     errors[kinds == 1] *= 20.0
-    seen = Observations(statistics, statistics, statistics, 0.0 * errors, errors)
+    seen = Observations(statistics, statistics, 0.0 * errors, errors)
     alike, apart = (factors_of(bound.head, np.zeros(2), seen, of) for of in (ALIKE, kinds))
     assert (apart[0] > alike[1]).all()
     replace(bound, factors=apart)  # it refuses factors that fall
@@ -176,7 +176,7 @@ def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None
     assert bound is not None
     statistics = rng.normal(size=(120, 50, bound.head.n_channels))
     errors = rng.uniform(0, 1, (120, 50, 2))
-    seen = Observations(statistics, statistics, statistics, errors, errors)
+    seen = Observations(statistics, statistics, errors, errors)
     factors = factors_of(bound.head, np.zeros(2), seen, ALIKE)
     alone = factors_of(bound.head, np.zeros(2), replace(seen, disagreement=0.0 * errors), ALIKE)
     np.testing.assert_allclose(factors, 0.5 * alone)
@@ -188,7 +188,7 @@ def test_where_the_disagreement_covers_everything_the_head_counts_half() -> None
 )
 def test_every_nth_sample_of_further_kinds_counts(most: float, every: int) -> None:
     rng = np.random.default_rng(2)
-    mix = Observations(*(rng.normal(size=(4, 30, count)) for count in (5, 5, 3, 2, 2)))
+    mix = Observations(*(rng.normal(size=(4, 30, count)) for count in (5, 3, 2, 2)))
     found = thinned(mix, most)
     for name, values in vars(mix).items():
         np.testing.assert_array_equal(getattr(found, name), values[:, ::every])

@@ -11,9 +11,9 @@ static const double BETTER = 0.5; /* of another mean square error */
  * samples may have, and by more than this part of its range. */
 static const double FASTER = 1.3, SMALL_JUMP = 0.02;
 
-/* Correlation with points up to so many before, above which values are no independent ones: three
- * standard deviations of 32. */
-static const double ALIKE = 0.55;
+/* Correlation with points up to so many before, above which values are no independent ones. Of 32
+ * independent values less than one in ten thousand has it: the flag stays for the whole memory. */
+static const double ALIKE = 0.7;
 enum { MOST_LAG = 4 };
 
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */

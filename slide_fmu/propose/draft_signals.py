@@ -227,8 +227,8 @@ _ACTS: dict[Hold, str] = {
         "inputs need the same hold."
     ),
     "zero_order": (
-        "The input is held over each step. If it is smooth in your use, it is late by half a "
-        'step: hold = "first_order" lets it move.'
+        "The input is held over each step, as a controller's output is. If it is smooth in your "
+        'use, hold = "first_order" is more accurate.'
     ),
 }
 """Comment of a recipe for each hold."""

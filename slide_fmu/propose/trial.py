@@ -38,7 +38,6 @@ from slide_fmu.systems.base import (
     System,
 )
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.smooth_inputs import cost_of_holding
 
 PATIENCE = 25.0
 """The window is sized no longer than this time in s, so that a trial takes less than a minute."""
@@ -213,19 +212,7 @@ def tried_motions(system: System, case: Case) -> Tried:
     seconds, failed, own_remarks = guarded_case(case, simulation_time)
     of_kinds = guarded_case(case, _failures_of_kinds)
     beyond = guarded_case(case, _failures_beyond_parameters)
-    holding = guarded_case(case, _cost_of_holding)
-    return Tried((*own_remarks, *of_kinds, beyond, holding), seconds, failed)
-
-
-def _cost_of_holding(case: Case) -> str | None:
-    """Return the error of smooth inputs where inputs are held; None where the model fails."""
-    try:
-        return cost_of_holding(case)
-    except SimulationError:
-        return (
-            "what a smooth input costs was not measured: the model failed under one that fills "
-            "nine tenths of its range"
-        )
+    return Tried((*own_remarks, *of_kinds, beyond), seconds, failed)
 
 
 def _failures_of_kinds(case: Case) -> tuple[str, ...]:

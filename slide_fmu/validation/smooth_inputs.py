@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.excitation.mix import moving_by_themselves
 from slide_fmu.recipe.case import Case
@@ -189,40 +188,3 @@ def band_of(recipe: Recipe) -> tuple[float, float]:
     if max(tops) > 0:
         high = min(high, max(tops) / (2 * np.pi))
     return high / 10**DECADES, high
-
-
-def cost_of_holding(case: Case) -> str | None:
-    """Say by how much a smooth input is late where a recipe holds its inputs over a step.
-
-    Only the model is needed: it is simulated under held inputs, and at its own fine step.
-
-    Returns:
-        A sentence; None where inputs move or turn, where the model itself holds them over that
-        step, or there is no finer step.
-
-    Raises:
-        SimulationError: the model could not be simulated.
-    """
-    recipe, held = case.recipe, case.system
-    if any(s.hold != "zero_order" or s.angle is not None for s in held.inputs):
-        return None
-    try:
-        times = case.finer_steps
-        if times == 1:  # it would be compared with itself
-            return None
-        fine = case.reference_as_it_runs()
-    except LoadError:  # its class has a step of its own
-        return None
-    hz, step = band_of(recipe), recipe.window.step
-    first = round(recipe.data.burn_in / step) + 1
-    count = first + min(round(PERIODS / hz[0] / step), MOST_SAMPLES)
-    sines = Sines(held.inputs, hz, 0)
-    truth = fine_truth(fine, Sines(fine.inputs, hz, 0), count * times)[::times][first:]
-    rows = sines(step * np.arange(count, dtype=np.float64))
-    wrong = rms(simulate(held, rows).outputs[first:] - truth)
-    size = np.maximum(truth.std(axis=0), np.finfo(np.float64).tiny)
-    return (
-        f"inputs are held over a step of {step:g} s, so a smooth one is late by {step / 2:g} s: "
-        f"{percent(float((wrong / size).max()))} at {hz[0]:.2g} to {hz[1]:.2g} Hz; if yours are "
-        'smooth, write hold = "first_order" for them'
-    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from slide_fmu.validation import smooth_inputs
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import SMOOTH, Call, Row, row_at
-from slide_fmu.validation.smooth_inputs import Sines, band_of, cost_of_holding
+from slide_fmu.validation.smooth_inputs import Sines, band_of
 from slide_fmu.validation.task import IN_RANGE, Task
 from slide_fmu.validation.validate import validate
 from tests.libraries import build_libraries
@@ -109,15 +108,11 @@ def test_rows_of_smooth_inputs_are_what_a_user_gets(case: Case, parts: int) -> N
 
 
 @pytest.mark.extended
-def test_held_inputs_are_as_late_as_the_finest_model_in_the_same_call(case: Case) -> None:
+def test_smooth_inputs_go_on_within_a_step_where_the_finest_model_holds_them(case: Case) -> None:
     _, validation, rows = case
     held = validation.surrogate.hold == "zero_order"
-    for steps in (0.5, 1, 2):
-        both = error(rows, "plain", steps), error(rows, "model", steps)
-        if held:
-            assert both[0] == pytest.approx(both[1], rel=0.15)
-        elif steps >= 1:
-            assert both[0] < 0.5 * both[1]  # a forecast does better than holding
+    for steps in (1, 2):
+        assert error(rows, "plain", steps) < 0.5 * error(rows, "model", steps)
     assert error(rows, "model", 2) == pytest.approx(error(rows, "model", 1) / 2, rel=0.1)
     if not held:
         assert error(rows, "known", 1) < error(rows, "plain", 1)
@@ -134,20 +129,6 @@ def test_every_kind_has_a_row_in_the_plain_call_at_both_steps(case: Case) -> Non
             assert row_at(rows, group, inputs, "plain", steps) is not None
         found = {r.call for r in rows if (r.group, r.inputs) == (group, inputs)}
         assert found - {"model"} == calls
-
-
-@pytest.mark.extended
-def test_cost_of_holding_is_known_before_anything_is_trained(case: Case) -> None:
-    """The exact surrogate errs by the same in its FMU's plain call."""
-    _, validation, rows = case
-    cost = cost_of_holding(case_of(validation.recipe))
-    if validation.surrogate.hold == "first_order":
-        assert cost is None
-        return
-    assert cost is not None
-    late = re.search(r"late by 0.03125 s: ([\d.]+) %", cost)
-    assert late is not None
-    assert float(late[1]) == pytest.approx(100 * error(rows, "plain", 1), rel=0.3)
 
 
 def test_smooth_inputs_are_no_faster_than_wide_motions_of_the_training(case: Case) -> None:

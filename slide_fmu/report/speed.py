@@ -6,7 +6,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import duration, ratio_text
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.table import ReportTable
-from slide_fmu.validation.error_figures import Solved, SpeedFigures
+from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures
 
 MEANING = (
     "The model's solver is loosened until its error is that of the FMU; compared is the fastest "
@@ -41,11 +41,11 @@ def speed_text(found: SpeedFigures) -> str:
     return text
 
 
-def _name(solved: Solved) -> str:
+def _name(solved: SolverSetting) -> str:
     return "its model" if solved.model == "reference" else "the model that made its data"
 
 
-def _by(solved: Solved) -> str:
+def _by(solved: SolverSetting) -> str:
     return f"{solved.solver} with {solved.setting}"
 
 

@@ -122,7 +122,7 @@ class EstimateFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solved:
+class SolverSetting:
     """This is a model with one setting of its solver.
 
     Attributes:
@@ -148,15 +148,15 @@ class SpeedFigures:
         finest: the reference as it is, which is the truth here.
         loosened: the fastest setting whose error is at most that of the FMU; the finest one where
             none was found.
-        relative_error: of the FMU, as of ``Solved``, with inputs known to the step's end.
+        relative_error: of the FMU, as of ``SolverSetting``, with inputs known to the step's end.
         seconds: time of set, doStep and get of the FMU through fmpy for a simulated second, in s.
         ratio: time of the loosened model over that of the FMU.
         can_be_loosened: whether there are other settings of the reference.
         complete: whether all of the search was done within the time for it.
     """
 
-    finest: Solved
-    loosened: Solved
+    finest: SolverSetting
+    loosened: SolverSetting
     relative_error: float
     seconds: float
     ratio: float

@@ -24,7 +24,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.looser import Rung, ladders
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.error_figures import Solved, SpeedFigures
+from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures
 
 LONGEST = 5.0
 """Seconds after which no further setting is tried, or as many as the reference took; the report
@@ -72,7 +72,7 @@ class _Search:
     motions: Sequence[_Motion]
     deadline: float
     complete: bool = True
-    found: list[tuple[Solved, System]] = field(default_factory=list)
+    found: list[tuple[SolverSetting, System]] = field(default_factory=list)
 
     def bisect(self, model: str, rungs: Sequence[Rung], allowed: float) -> None:
         """Find the loosest setting of a ladder whose error is allowed, by halving it."""
@@ -89,7 +89,7 @@ class _Search:
             else:
                 high = middle
 
-    def _try(self, model: str, rung: Rung) -> tuple[Solved, System] | None:
+    def _try(self, model: str, rung: Rung) -> tuple[SolverSetting, System] | None:
         """Return a setting with its error and time; None where it fails."""
         try:
             system = rung.make()
@@ -100,7 +100,7 @@ class _Search:
             return None
         error = _error(self.motions, outputs)
         per_second = sum(seconds) / simulated(self.motions, system.step)
-        solved = Solved(
+        solved = SolverSetting(
             model=model,
             solver=rung.solver,
             setting=rung.setting,
@@ -146,7 +146,7 @@ def speed_at_equal_accuracy(
     search = _Search(case, stream, motions, time.perf_counter() + longest)
     systems = case.systems
     finest = ladders(case.reference, systems.reference_specification)
-    reference = Solved(
+    reference = SolverSetting(
         model="reference",
         solver=finest[0][0].solver,
         setting=finest[0][0].setting,

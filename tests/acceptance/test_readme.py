@@ -38,10 +38,6 @@ def subcommands() -> list[str]:
     return sorted(group.commands)
 
 
-def test_readme_comes_to_a_result_soon() -> None:
-    assert len(README[: README.index(FIRST_RESULT)].split()) < 230
-
-
 def without_removed_apps(listed: list[str]) -> list[str]:
     """The names in their order, without the subcommands of apps that were removed."""
     gone = [name for name in OF_APPS if not (APPS / name / "__init__.py").exists()]

@@ -63,7 +63,7 @@ def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     card = (folder / "card.md").read_text(encoding="utf-8")
     percent = 100 * duffing.figures["validation"]["in range"]["outputs"][0]["relative_rmse"]
     assert f"{percent:.3g} %" in card
-    assert "`slide-fmu run small_duffing.toml` (" in card
+    assert "made by `slide-fmu run small_duffing.toml`" in card
     assert "make release" not in card
     assert (folder / "side_by_side.png").read_bytes().startswith(b"\x89PNG")
 

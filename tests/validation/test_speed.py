@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.report.speed import speed_text
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import speed
-from slide_fmu.validation.error_figures import Solved, SpeedFigures
+from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures
 from slide_fmu.validation.speed import relative_error
 from tests.validation.tiny_validation import FINER, PLAIN, measured
 
@@ -62,10 +62,10 @@ def test_relative_error_is_the_rms_over_outputs_that_move() -> None:
 
 
 def test_text_names_solvers_settings_and_errors() -> None:
-    finest = Solved(
+    finest = SolverSetting(
         model="reference", solver="DOP853", setting="rtol = 1e-06", relative_error=0.0, seconds=0.2
     )
-    loosened = Solved(
+    loosened = SolverSetting(
         model="reference", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
     )
     found = SpeedFigures(
@@ -85,7 +85,7 @@ def test_text_names_solvers_settings_and_errors() -> None:
 
 
 def test_text_names_the_model_that_made_the_data() -> None:
-    solved = Solved(
+    solved = SolverSetting(
         model="model", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
     )
     found = SpeedFigures(

@@ -65,7 +65,7 @@ def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     assert f"{percent:.3g} %" in card
     assert "made by `slide-fmu run small_duffing.toml`" in card
     assert "make release" not in card
-    assert (folder / "side_by_side.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "error_against_step.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_check_of_a_finished_fmu_finds_nothing(duffing: Finished) -> None:

@@ -15,6 +15,7 @@ from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.limits import useless_beyond
 from slide_fmu.report.row_tables import HELD, RULE, WORDS, kind_table
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.speed import timing_text
 from slide_fmu.report.table import ReportTable, markdown
 from slide_fmu.report.verdict import verdict
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -61,6 +62,7 @@ def model_card(
                 *([RULE] if judged else []),
             ]
         ),
+        timing=timing_text(measured.in_range.timing),
         useless=useless_beyond(measured),
         remarks=[*noise_sentences(measured.in_range.outputs), *(measured.record_remarks or ())],
         picture=picture,

@@ -6,7 +6,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import duration, ratio_text
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.table import ReportTable
-from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures
+from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures, Timing
 
 MEANING = (
     "The model's solver is loosened until its error is that of the FMU; compared is the fastest "
@@ -14,6 +14,12 @@ MEANING = (
     "the truth about its mean, their RMS over the outputs. Of the FMU, set, doStep and get of its "
     "outputs through fmpy are timed."
 )
+
+
+def timing_text(found: Timing) -> str:
+    """Say how long a step of an FMU takes, and how much longer its model takes where compared."""
+    step = f"A step takes {found.fmu_step_us:.3g} µs."
+    return step if found.speed is None else f"{step} {speed_text(found.speed)}"
 
 
 def speed_text(found: SpeedFigures) -> str:

@@ -10,7 +10,7 @@ from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.row_tables import length_of
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.speed import speed_text
+from slide_fmu.report.speed import timing_text
 from slide_fmu.report.verdict import call_of, main_rows, verdict
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.error_figures import Timing
@@ -108,9 +108,8 @@ def _validity(rows: Iterable[Row]) -> Fact | None:
 
 
 def _speed(found: Timing) -> Fact:
-    step = f"{found.fmu_step_us:.3g} µs"
     if found.speed is None:
-        return Fact("Speed", step, "A step of the FMU takes this time.")
+        text = "A step of the FMU takes this time."
+        return Fact("Speed", f"{found.fmu_step_us:.3g} µs", text)
     good = None if found.speed.ratio >= 1 else False
-    text = f"A step takes {step}. {speed_text(found.speed)}"
-    return Fact("Speed", f"{ratio_text(found.speed.ratio)} times", text, good)
+    return Fact("Speed", f"{ratio_text(found.speed.ratio)} times", timing_text(found), good)

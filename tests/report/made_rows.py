@@ -1,9 +1,11 @@
-"""Rows that are made by hand."""
+"""Rows and times that are made by hand."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+from slide_fmu.validation.error_figures import Solved, SpeedFigures, Timing
 from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, RowOutput
 from slide_fmu.validation.task import IN_RANGE
 
@@ -62,3 +64,24 @@ MEASURED = (
     row("sines of 1 Hz", SMOOTH, 0.08, steps=4.0),
 )
 """What a small FMU was measured on."""
+
+
+def timing(ratio: float) -> Timing:
+    """Times of an FMU of 4 µs a step, whose model takes ``ratio`` times as long."""
+    loosened = Solved(
+        model="reference",
+        solver="RK45",
+        setting="rtol = 1e-4",
+        relative_error=0.01,
+        seconds=2e-4 * ratio,
+    )
+    speed = SpeedFigures(
+        finest=replace(loosened, setting="rtol = 1e-9", relative_error=0.0, seconds=0.2),
+        loosened=loosened,
+        relative_error=0.02,
+        seconds=2e-4,
+        ratio=ratio,
+        can_be_loosened=True,
+        complete=True,
+    )
+    return Timing(fmu_step_us=4.0, reference_step_us=4e3, speed=speed)

@@ -14,7 +14,7 @@ from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND
 from tests.recipes import tiny_recipe
-from tests.report.made_rows import MEASURED, row
+from tests.report.made_rows import MEASURED, row, timing
 from tests.validation.tiny_validation import FINER, PLAIN, figures_of
 
 SCREEN = 60
@@ -39,6 +39,26 @@ def test_card_of_many_kinds_fits_on_a_screen(finer: Validation) -> None:
     figures = figures_of(finer, rows=[*MEASURED, *kinds, *beyond, row(group=BEYOND)])
     text = model_card(finer.surrogate, PLAIN, figures, "picture.png", "mechanism.png")
     assert len(text.splitlines()) <= SCREEN
+
+
+def test_card_says_once_how_fast_it_is_at_equal_accuracy(finer: Validation) -> None:
+    found = figures_of(finer, rows=MEASURED)
+    timed = replace(found.in_range, timing=timing(10.0))
+    text = model_card(finer.surrogate, PLAIN, with_validations(found, **{"in range": timed}), None)
+    sentence = "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with"
+    assert text.count(sentence) == text.count("At equal accuracy") == 1
+
+
+def test_report_has_times_and_errors_at_equal_accuracy(finer: Validation) -> None:
+    speed = timing(10.0).speed
+    sections = validation_sections({"in range": replace(finer, speed=speed)})
+    (section,) = [one for one in sections if one.title == "Time at equal accuracy"]
+    assert section.table is not None
+    assert section.table.rows == (
+        ("FMU", "2 %", "200 µs"),
+        ("model at equal accuracy: RK45 with rtol = 1e-4", "1 %", "2 ms"),
+        ("finest model, the truth: RK45 with rtol = 1e-9", "0 %", "200 ms"),
+    )
 
 
 def test_card_without_rows_has_no_picture(finer: Validation) -> None:

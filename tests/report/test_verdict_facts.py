@@ -9,13 +9,13 @@ from slide_fmu.report.verdict_facts import MISSING, Subject, facts_of
 from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import HELD_OUT
-from tests.report.made_rows import MEASURED, row, without_bound
+from tests.report.made_rows import MEASURED, row, timing, without_bound
 
-TIMING = Timing(fmu_step_us=4.0, reference_step_us=40.0, speedup=10.0)
+TIMING = timing(10.0)
 
 
-def facts(*rows: Row, timing: Timing = TIMING) -> dict[str, Fact]:
-    return {fact.name: fact for fact in facts_of(rows, timing, Subject(1.5, 0.02))}
+def facts(*rows: Row, times: Timing = TIMING) -> dict[str, Fact]:
+    return {fact.name: fact for fact in facts_of(rows, times, Subject(1.5, 0.02))}
 
 
 def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:
@@ -47,7 +47,21 @@ def test_without_bound_there_are_no_numbers_of_one() -> None:
     assert not {"Bound", "Trusted"} & set(facts(without_bound()))
 
 
+def test_speed_is_that_at_equal_accuracy() -> None:
+    found = facts(row())["Speed"]
+    assert found.good is None
+    assert found.text.startswith(
+        "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with rtol = "
+        "1e-4 has an error of 1 %, the FMU 2 %."
+    )
+
+
 def test_an_fmu_that_is_slower_than_its_model_says_so() -> None:
-    slow = facts(row(), timing=Timing(fmu_step_us=40.0, reference_step_us=4.0, speedup=0.1))
-    assert slow["Speed"].good is False
-    assert "10 times as long as the model" in slow["Speed"].text
+    slow = facts(row(), times=timing(0.1))["Speed"]
+    assert (slow.value, slow.good) == ("0.1 times", False)
+    assert "its model takes 0.1 times as long" in slow.text
+
+
+def test_an_fmu_of_a_record_has_the_time_of_a_step_alone() -> None:
+    alone = facts(row(), times=Timing(fmu_step_us=4.0))["Speed"]
+    assert (alone.value, alone.good) == ("4 µs", None)

@@ -224,7 +224,7 @@ class Validation:
     def _tolerances(self) -> tuple[ToleranceRow, ...]:
         """Return tolerances by false alarms, which only samples in range can show."""
         bound, surrogate = self.surrogate.bound, self.surrogate
-        if bound is None or bound.tolerances is None or not self.in_range:
+        if bound is None or not self.in_range:
             return ()
         bounds, outside = [], []
         for c in self.trusted:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.figures import optional
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.validation.row import HARMFUL
@@ -46,19 +45,19 @@ class DomainFigures:
     """These are the shares of samples outside of the domain, and of trajectories often outside.
 
     Attributes:
-        untrusted: share of samples at which ``trusted`` is false; None of an FMU without it.
+        untrusted: share of samples at which ``trusted`` is false.
     """
 
     flagged: float
     trajectories_flagged: float
-    untrusted: float | None = optional()
+    untrusted: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Harm:
     """This is the harm that errors do, as shares of samples.
 
-    A sample is flagged where ``trusted`` is false; of an FMU without it, outside of the domain.
+    A sample is flagged where ``trusted`` is false.
 
     Attributes:
         harmful: samples with an error far above the usual one.
@@ -101,9 +100,7 @@ def domain_figures(answers: Sequence[TrustOutputs]) -> DomainFigures:
     return DomainFigures(
         flagged=float(np.mean(samples)),
         trajectories_flagged=float(np.mean(np.array(outside) > OFTEN)),
-        untrusted=None
-        if any(t.trusted is None for t in answers)
-        else float(np.mean(np.concatenate([t.flagged for t in answers]))),
+        untrusted=float(np.mean(np.concatenate([t.flagged for t in answers]))),
     )
 
 

@@ -87,7 +87,7 @@ def test_trajectory_counts_as_flagged_above_a_twentieth_of_its_samples() -> None
     seldom = trust_outputs([[1.0]] * length, [2.0] * 2 + [0.5] * 38)  # a twentieth: not more
     often = trust_outputs([[1.0]] * length, [2.0] * 3 + [0.5] * 37)
     found = domain_figures([seldom, often])
-    assert found == DomainFigures(flagged=5 / 80, trajectories_flagged=1 / 2)
+    assert found == DomainFigures(flagged=5 / 80, trajectories_flagged=1 / 2, untrusted=5 / 80)
 
 
 def test_harm_is_counted_sample_by_sample_whatever_the_output() -> None:

@@ -85,7 +85,7 @@ def test_outputs_and_bounds_read_by_fmpy_are_those_of_numpy(
         stop_time=STEPS * step,
         output_interval=step,
         input=signals,
-        start_values={"confidence": confidence},
+        start_values={"confidence": confidence, "inputs_held": 1.0},
         output=NAMES,
     )[1:]
     inputs = force[:, None]

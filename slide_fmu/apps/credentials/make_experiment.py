@@ -19,6 +19,7 @@ from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
 from slide_fmu.excitation.mix import moving_by_themselves
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
+    HELD,
     IN_DOMAIN,
     NOVELTY,
     TRUSTED,
@@ -57,18 +58,21 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     if forecasts(surrogate):  # inputs[k] is the value at t_k+1
         set_before = np.concatenate([rows[:1], rows[:-1]])
     inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
+    parameters = dict(truth.parameters)
+    if surrogate.hold == "zero_order":  # those of the training, which are no samples of a curve
+        parameters[HELD] = 1.0
     outputs = [signal.name for signal in surrogate.outputs]
     names = [*outputs, WINDOW_FILLED]
     if surrogate.bound is not None:
         names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED, TRUSTED]
     with unpacked(fmu) as files:
-        run = run_fmu(files, inputs, names, truth.parameters, surrogate.window.step)
+        run = run_fmu(files, inputs, names, parameters, surrogate.window.step)
     return Experiment(
         surrogate.window.step,
         inputs,
         dict(zip(names, run.values.T, strict=True)),
         dict(zip(outputs, truth.outputs[first : len(rows) + 1].T, strict=True)),
-        truth.parameters,
+        parameters,
     )
 
 

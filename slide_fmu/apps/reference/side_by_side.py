@@ -16,6 +16,7 @@ from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
+from slide_fmu.fmu.description.variables import HELD
 from slide_fmu.fmu.export import Provenance, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
@@ -114,7 +115,9 @@ def write_side_by_side(
         ]
         alike = as_the_reference(fmu, surrogate, found, Path(folder) / "surrogate.fmu")
         components = {"inputs": source, "reference": reference, "surrogate": alike}
-        given = {"reference": values, "surrogate": values} if values else {}
+        held = {HELD: 1.0} if surrogate.hold == "zero_order" else {}
+        given = {"reference": values, "surrogate": {**values, **held}}
+        given = {name: some for name, some in given.items() if some}
         write_system(path, surrogate.name, components, connections, given)
     own = bool(values) and own_fmu(case.reference, values) is not None
     remarks = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]

@@ -57,14 +57,17 @@ def test_run_leaves_report_card_and_picture(duffing: Finished) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.count("data-chart=") >= 10
     assert ('<iframe id="inside"' in page) == (APPS / "page").exists()
-    for heading in ("Side by side", "Error estimate", "Window", "Training", "Time per step"):
+    for heading in ("Side by side", "Error estimate", "Window", "Training", "Time per step",
+                    "Time at equal accuracy"):  # fmt: skip
         assert heading in page
     assert json.loads((folder / "report.json").read_text()) == duffing.figures
     card = (folder / "card.md").read_text(encoding="utf-8")
     percent = 100 * duffing.figures["validation"]["in range"]["outputs"][0]["relative_rmse"]
     assert f"{percent:.3g} %" in card
-    assert "made by `slide-fmu run small_duffing.toml`" in card
+    assert "made by `slide-fmu run small_duffing.toml`." in card
+    assert card.count("A step takes ") == 1
     assert "make release" not in card
+    assert "](error_against_step.png)" in card
     assert (folder / "error_against_step.png").read_bytes().startswith(b"\x89PNG")
 
 

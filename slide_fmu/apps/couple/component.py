@@ -292,7 +292,7 @@ def opened(
     ]
     values = dict(system.parameters.get(name, {}))
     for way, value in ((AT_STEP_END, 1.0 if inputs == "reached" else 0.0), (HELD, 1.0)):
-        if way in values:
+        if values.get(way, value) != value:
             raise ValueError(
                 f"component {name!r}: {way} = {values[way]}; expected no value, since the "
                 "coupling sets it as the method needs it: leave it out"

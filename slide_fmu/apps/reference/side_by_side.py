@@ -40,6 +40,12 @@ OWN_FMU = (
 )
 """Remark on a system whose reference has other start values than the surrogate."""
 
+TOLD_TO_HOLD = (
+    "the inputs are held over each step, which the SSV file in the SSP tells the surrogate "
+    "(inputs_held = 1): libcosim reads it, Ecos if its set 'parameters' is selected, FMPy does not"
+)
+"""Remark on a system whose surrogate may go on from inputs that are held."""
+
 
 def write_reference(case: Case, path: Path) -> Path:
     """Write the reference system of a recipe as FMU, and return its path.
@@ -76,6 +82,7 @@ def write_side_by_side(
     components take them as values at the end of each step. The duration in s, without the lead-in,
     is the recipe's if None. Values of physical parameters, by name, are start values of both,
     since some importers read no SSV files; they are also in such files, where they can be changed.
+    Such a file also tells an FMU of held inputs that they are held.
     Units that a file names for some of them must be those of the FMU.
 
     Returns:
@@ -120,7 +127,8 @@ def write_side_by_side(
         given = {name: some for name, some in given.items() if some}
         write_system(path, surrogate.name, components, connections, given)
     own = bool(values) and own_fmu(case.reference, values) is not None
-    remarks = [text for text, holds in ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own)) if holds]
+    known = ((FMI_3, fmi.startswith("3.")), (OWN_FMU, own), (TOLD_TO_HOLD, bool(held)))
+    remarks = [text for text, holds in known if holds]
     return path, "; ".join(remarks) or None
 
 

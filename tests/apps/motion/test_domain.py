@@ -52,7 +52,11 @@ def with_domain(problem: MoveProblem, slower: float = 1.4) -> MoveProblem:
     bound = random_bound(network, 0)
     _, watched, _ = bound.statistics(scaled, network.stream(scaled).astype(np.float64))
     limits = 1.02 * watched[0].max(axis=0) + 1e-9
-    small = replace(bound, factors=np.full_like(bound.factors, 1e-6), limits=limits)
+    little = {
+        name: np.full_like(getattr(bound, name), 1e-6)
+        for name in ("factors", "tolerances", "floors")
+    }
+    small = replace(bound, **little, limits=limits)
     return replace(problem, surrogate=replace(surrogate, bound=small))
 
 

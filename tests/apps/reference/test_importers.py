@@ -19,12 +19,11 @@ from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.run import instantiated, unpacked
 from slide_fmu.cosim.ssp import Connection, write_system
-from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
 from tests.acceptance.importers import (
-    Outputs,
     needs,
     run_container,
     run_ecos,
@@ -41,8 +40,8 @@ DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
 STEP = 0.03
 LOOP_STEPS = 200
 SAME = 1e-5
-"""In m: native library and numpy round differently, and start values reach the FMUs in different
-orders; one step more or less would change the positions by 0.02 m."""
+"""In m: libraries of both standards round differently, and start values reach the FMUs in
+different orders; one step more or less would change the positions by 0.02 m."""
 
 LOOP = [
     ("controller.fmu", "force", "duffing.fmu", "force"),
@@ -54,7 +53,7 @@ SEED = 2
 """Of the inputs of a side by side: with the default seed the crank creeps, and the rod hardly
 bends."""
 
-Importer = Callable[[Path, Outputs, float, int], FloatArray]
+Importer = Callable[..., FloatArray]
 
 
 def importer(run: Importer, module: str, *more: str) -> ParameterSet:
@@ -85,20 +84,26 @@ def controller(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def closed_loop() -> FloatArray:
-    """Positions at the ends of the steps, shape (LOOP_STEPS, 1), by numpy.
+    """Positions at the ends of the steps, shape (LOOP_STEPS, 1), of an instance that we step.
 
-    Both FMUs step with what the other gave at the end of the step before.
+    Both FMUs step with what the other gave at the end of the step before. Nobody tells the FMU
+    that the force is held, so it moves on within a step; numpy would hold it.
     """
-    surrogate, _ = read_fmu(DUFFING)
-    forces, positions = [0.0], [0.0]
-    for k in range(LOOP_STEPS):
-        positions.append(surrogate.predict_newest(np.array(forces)[:, None])[-1, 0])
-        forces.append(force_at((k + 1) * STEP, positions[-2]))
+    force, positions = 0.0, [0.0]
+    with unpacked(DUFFING) as files, instantiated(files) as slave:
+        given, read = files.references["force"], files.references["position"]
+        slave.enter_initialization(0.0)
+        slave.exit_initialization()
+        for k in range(LOOP_STEPS):
+            slave.set_real([given], [force])
+            slave.do_step(k * STEP, STEP)
+            positions += slave.get_real([read])
+            force = force_at((k + 1) * STEP, positions[-2])
     return np.array(positions[1:])[:, None]
 
 
 @pytest.mark.parametrize("run", IMPORTERS)
-def test_importer_runs_a_loop_with_a_controller_as_numpy_does(
+def test_importer_runs_a_loop_with_a_controller_as_single_steps_do(
     run: Importer, controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     connections = [
@@ -113,7 +118,7 @@ def test_importer_runs_a_loop_with_a_controller_as_numpy_does(
 
 
 @needs_toolbox
-def test_container_of_a_loop_gives_what_numpy_gives(
+def test_container_of_a_loop_gives_what_single_steps_give(
     controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     for fmu in (controller, DUFFING):
@@ -174,11 +179,16 @@ COMPARED = {
 }
 
 
+NOT_TOLD = 0.003
+"""The same of the Duffing FMU where no SSV file tells it that its inputs are held."""
+
+
 def beside(run: Importer, ssp: Path, compared: Compared) -> FloatArray:
     """Reference, surrogate, ``window_filled`` and ``inputs_in_range``, shape (steps, 4)."""
     outputs = [("reference", compared.output), ("surrogate", compared.output)]
     outputs += [("surrogate", "window_filled"), ("surrogate", "inputs_in_range")]
-    return run(ssp, outputs, compared.step, round(compared.duration / compared.step))
+    options = ("parameters",) if run is run_ecos else ()
+    return run(ssp, outputs, compared.step, round(compared.duration / compared.step), *options)
 
 
 PAIRS = [
@@ -200,7 +210,7 @@ def test_importer_runs_surrogate_and_reference_side_by_side(
     reference, surrogate = found[compared.begin :, 0], found[compared.begin :, 1]
     assert np.ptp(reference) > 0
     error = np.sqrt(np.mean((surrogate - reference) ** 2) / np.mean(reference**2))
-    assert error < compared.error
+    assert error < (NOT_TOLD if run is run_fmpy and name == "duffing" else compared.error)
 
 
 def test_fmpy_begins_an_ssp_with_no_direction_and_fails(
@@ -247,7 +257,7 @@ def test_importer_runs_a_surrogate_of_fmi_3_beside_its_reference(
 
 
 @needs_toolbox
-def test_container_of_fmi_3_of_a_loop_gives_what_numpy_gives(
+def test_container_of_fmi_3_of_a_loop_gives_what_single_steps_give(
     of_fmi_3: Path, controller: Path, closed_loop: FloatArray, tmp_path: Path
 ) -> None:
     """The container itself is of FMI 2.0."""

@@ -83,7 +83,7 @@ def test_changed_ssv_files_set_other_values(run: Importer, ssp: Path, tmp_path: 
         archive.extractall(tmp_path)
     components = {name: tmp_path / f"resources/{name}.fmu" for name, _ in OUTPUTS}
     connections = [Connection(OUTPUTS[0], (name, "force")) for name in ("reference", "surrogate")]
-    given = {name: {"mass": OTHER} for name in ("reference", "surrogate")}
+    given = {"reference": {"mass": OTHER}, "surrogate": {"mass": OTHER, "inputs_held": 1.0}}
     other = write_system(tmp_path / "other.ssp", "open", components, connections, given)
     options = ("parameters",) if run is run_ecos else ()
     force, reference, surrogate = run(other, OUTPUTS, STEP, STEPS, *options).T
@@ -100,8 +100,9 @@ def test_values_of_a_file_and_of_the_command_line_stand_in_the_system(
         result = invoke("ssp", finished.fmu, "-o", path, "--parameters", ssv, *options)
         assert result.exit_code == 0, result.output
         for name in ("reference", "surrogate"):
-            (parameter,) = read_ssv(str(path), f"resources/{name}.ssv").parameters
-            assert (parameter.name, float(parameter.value)) == ("mass", mass)
+            parameters = read_ssv(str(path), f"resources/{name}.ssv").parameters
+            told = {"inputs_held": 1.0} if name == "surrogate" else {}
+            assert {p.name: float(p.value) for p in parameters} == {"mass": mass, **told}
     _, reference, surrogate = read_ssd(str(path)).system.elements
     for component in (reference, surrogate):
         assert len(component.parameterBindings) == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from slide_fmu.validation.error_figures import SolvedModel, SpeedFigures, Timing
+from slide_fmu.validation.error_figures import SolverSetting, SpeedFigures, Timing
 from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, RowOutput
 from slide_fmu.validation.task import IN_RANGE
 
@@ -68,7 +68,7 @@ MEASURED = (
 
 def timing(ratio: float) -> Timing:
     """Times of an FMU of 4 µs a step, whose model takes ``ratio`` times as long."""
-    loosened = SolvedModel(
+    loosened = SolverSetting(
         model="reference",
         solver="RK45",
         setting="rtol = 1e-4",

@@ -30,12 +30,12 @@ static void step_once(const SlidePayload *payload) {
     SlideModel model;
     SlideState state;
     SlideArena arena = {NULL, 0};
-    slide_model_place(&model, payload, &arena);
+    slide_model_place(&model, payload, SLIDE_STEPS_PER_SAMPLE, &arena);
     slide_state_place(&state, &model, &arena);
     unsigned char *block = arena.used > LARGEST_BLOCK ? NULL : calloc(arena.used + 1, 1);
     if (block != NULL) {
         arena = (SlideArena){block, 0};
-        slide_model_place(&model, payload, &arena);
+        slide_model_place(&model, payload, SLIDE_STEPS_PER_SAMPLE, &arena);
         slide_state_place(&state, &model, &arena);
         slide_state_reset(&model, &state);
         for (int i = 0; i < 3; ++i) {

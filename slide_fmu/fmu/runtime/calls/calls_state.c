@@ -77,11 +77,15 @@ SlideStatus slide_save(SlideInstance *instance, void **state) {
 
 SlideStatus slide_restore(SlideInstance *instance, const void *state) {
     SlideStatus status = check(instance, state != NULL, state);
-    if (status == SLIDE_OK) {
-        slide_state_copy(&instance->model, &instance->state,
-                         (const unsigned char *)state + sizeof(StateHeader), instance->state.head);
+    if (status != SLIDE_OK) {
+        return status;
     }
-    return status;
+    const unsigned char *block = (const unsigned char *)state + sizeof(StateHeader);
+    if (!slide_state_is_sound(&instance->model, &instance->state, block)) {
+        return slide_refuse(instance, "the state is damaged: no state has such counters");
+    }
+    slide_state_copy(&instance->model, &instance->state, block, instance->state.head);
+    return SLIDE_OK;
 }
 
 SlideStatus slide_free_state(SlideInstance *instance, void **state) {

@@ -211,21 +211,35 @@ def test_output_derivatives_under_moving_inputs_are_those_of_rollback(
     native, distance = load(surrogate).instance(held=False).start(), 2e-3
     lengths = [first, *LENGTHS]
     rows, rates = inputs_for(surrogate, len(lengths)), rates_for(lengths, 2)
-    direction = np.array([0.7, -1.0])
+    direction, n_jumps = np.array([0.7, -1.0]), 0
     for row, slope, length in zip(rows, rates, lengths, strict=True):
         before = native.save()
-        expected = five_point_slope(
-            lambda amount, step=(before, row, slope, length): moved_outputs(
-                native, step[0], step[1] + amount * direction, step[2], step[3]
-            ),
-            distance,
-        )
+
+        def output(
+            amount: float,
+            before: bytes = before,
+            row: FloatArray = row,
+            slope: FloatArray = slope,
+            length: float = length,
+        ) -> FloatArray:
+            return moved_outputs(native, before, row + amount * direction, slope, length)
+
+        expected, near = (five_point_slope(output, d) for d in (distance, distance / 4))
+        if jumps(expected, near):
+            n_jumps += 1
+            continue
         values = moved_outputs(native, before, row, slope, length)
         allowed = 20 * ROUNDED * (1 + np.abs(values).max()) / distance
         if "cell" in family and n_phases(length) == 0:
             allowed += OF_WINDOW  # between phases, derivatives are those of the window
         found = derivative(native, 2, direction)
         np.testing.assert_allclose(found, expected, rtol=2e-2, atol=allowed)
+    assert n_jumps <= len(lengths) // 4
+
+
+def jumps(slope: FloatArray, near: FloatArray) -> bool:
+    """Do outputs jump, since a held input just begins or ends to bend smoothly?"""
+    return not np.allclose(slope, near, rtol=2e-2, atol=5e-3)
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
@@ -235,19 +249,25 @@ def test_derivatives_at_the_peaks_of_a_triangle_are_those_of_rollback(
     """Where the input turns, the parts before and after have the same value."""
     surrogate = random_surrogate(Shape(activation="elu", hidden=(9, 5)))
     native, distance, length = load(surrogate).instance(held=False).start(), 2e-3, 1 / parts
+    n_jumps = 0
     for k in range(12 * parts):
         rate = (1 if k // (3 * parts) % 2 == 0 else -1) * 0.2 / STEP
         value = 0.6 - abs(k % (6 * parts) - 3 * parts) * 0.2 * length
         before = native.save()
-        expected = five_point_slope(
-            lambda amount, step=(before, value, rate): moved_output(
-                native, step[0], step[1] + amount, step[2], length
-            ),
-            distance,
-        )
+
+        def output(
+            amount: float, before: bytes = before, value: float = value, rate: float = rate
+        ) -> FloatArray:
+            return moved_output(native, before, value + amount, rate, length)
+
+        expected, near = (five_point_slope(output, d) for d in (distance, distance / 4))
+        if jumps(expected, near):
+            n_jumps += 1
+            continue
         moved_output(native, before, value, rate, length)
         found = derivative(native, 1, np.ones(1))
         np.testing.assert_allclose(found, expected, rtol=2e-2, atol=40 * ROUNDED / distance)
+    assert n_jumps <= 4 * parts
 
 
 def moved_output(

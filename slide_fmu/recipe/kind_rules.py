@@ -111,10 +111,6 @@ class KindRules(abc.ABC):
     def compared(self, recipe: Recipe, count: int, seed: int) -> str:
         """Describe the trajectories that the FMU was compared with, by number and seed."""
 
-    def origin_of_noise(self, recipe: Recipe) -> str:
-        """Name the source of the outputs' noise; empty for outputs without noise."""
-        return ""
-
     @abc.abstractmethod
     def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
         """Return a message on the change of a system since its data were made, with the remedy.

@@ -147,12 +147,13 @@ class RecordRules(KindRules):
         return (
             f"{count} blocks of the records that nothing was learnt or chosen from, and the FMU "
             "run on their inputs. What was measured has noise of its own, which no surrogate can "
-            f"predict: its RMS is known {self.origin_of_noise(recipe)}. Run freely, never handed "
+            f"predict: its RMS is known {self._origin_of_noise(recipe)}. Run freely, never handed "
             "over from window to window, the network begins with the state that the lead of a "
             "block shows."
         )
 
-    def origin_of_noise(self, recipe: Recipe) -> str:
+    @staticmethod
+    def _origin_of_noise(recipe: Recipe) -> str:
         return OF_RESIDUALS if recipe.system.noise_record is None else OF_RECORD
 
     def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:

@@ -85,9 +85,6 @@ def test_recipe_with_a_loop_reports_its_errors_and_gains(tmp_path: Path) -> None
     gains = {one["partner"]: one["gain"] for one in learnt.figures["loops"]}
     assert list(gains) == ["a mass of 1 kg", "a mass of 4.47 kg", "a mass of 20 kg"]
     assert all(1.0 < gain < 100.0 for gain in gains.values())
-    card = (tmp_path / "runs" / "part" / "card.md").read_text("utf-8")
     page = learnt.report.read_text("utf-8")
-    for text in (card, page):
-        assert "in a loop with a mass of 1 to 20 kg: force moves it" in text
-        assert "an error of force becomes about" in text
-    assert "| loop | 0.5 | output force; input body; mass 1.0 .. 20.0 |" in card
+    assert "output force; input body; mass 1.0 .. 20.0" in page
+    assert "an error of force becomes about" in page

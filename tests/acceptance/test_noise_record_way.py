@@ -99,8 +99,12 @@ def test_noise_beside_the_error_is_that_of_the_noise_record(place: Path) -> None
     _, travel = force_and_travel(6000)
     assert floors[1] == pytest.approx(at_rest.std() / travel.std(), rel=0.2)
     cards = [(place / f"runs/{n}/card.md").read_text() for n in ("plain", "weighted")]
-    assert "by the flat bottom of the residuals' spectrum: no surrogate" in cards[0]
-    assert "by the noise record: no surrogate" in cards[1]
+    assert all(
+        f"{100 * floor:.3g} % is noise" in card for floor, card in zip(floors, cards, strict=True)
+    )
+    pages = [(place / f"runs/{n}/report.html").read_text() for n in ("plain", "weighted")]
+    assert "by the flat bottom of the residuals" in pages[0]
+    assert "by the noise record" in pages[1]
 
 
 def test_fmu_is_not_measured_beside_another_noise_record(place: Path) -> None:

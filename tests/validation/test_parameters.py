@@ -70,7 +70,8 @@ def test_experiment_has_the_start_values_of_parameters(fit: Fit, tmp_path: Path)
     fmu = export_fmu(fit.surrogate, tmp_path / "tiny.fmu")
     experiment = make_experiment(fmu, fit.surrogate, case_of(RECIPE), 3)
     (mass,) = RECIPE.physical()
-    assert experiment.parameters == {"mass": mass.start_value}
+    # its inputs are held: the experiment tells the FMU so
+    assert experiment.parameters == {"mass": mass.start_value, "inputs_held": 1.0}
     (error,) = experiment.relative_errors().values()
     assert error < SMALL
 

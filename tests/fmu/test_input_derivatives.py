@@ -31,12 +31,20 @@ from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
 
-UNDECIDED = ("quarter", "halves_and_more", "first_is_odd", "six_tenths")
+UNDECIDED = {
+    "zero_order": {
+        "quarter": ("ages", "block", "cell", "gated", "long_span", "one_sample"),
+        "halves_and_more": ("block", "cell", "gated", "one_sample"),
+        "first_is_odd": ("block", "cell", "one_sample"),
+        "six_tenths": ("block", "cell", "one_sample"),
+    },
+    "first_order": {"halves_and_more": ("block", "cell", "gated", "one_sample")},
+}
 DIFFERENCE = (
-    "with random derivatives at steps other than the own one, some shapes differ from the oracle, "
+    "with random derivatives at steps other than the own one these shapes differ from the oracle, "
     "mostly in estimates; which of the two is right is not known yet"
 )
-"""Why the comparison at steps of ``UNDECIDED`` patterns may fail: a known gap."""
+"""Why the comparison fails for the shapes that ``UNDECIDED`` names by hold and pattern."""
 
 
 def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
@@ -55,7 +63,8 @@ def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
 def test_moving_inputs_are_resampled(
     load: Load, shape: Shape, pattern: str, hold: Hold, request: pytest.FixtureRequest
 ) -> None:
-    if pattern in UNDECIDED:
+    if NAMES[SHAPES.index(shape)] in UNDECIDED[hold].get(pattern, ()):
+        # some differ by rounding alone, which another computer may do otherwise: not strict
         request.applymarker(pytest.mark.xfail(reason=DIFFERENCE, strict=False))
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
     lengths, n = (PATTERNS[pattern] * 60)[:60], shape.n_outputs

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
-from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE
+from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE, HELD
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -70,7 +70,8 @@ class PageFacts:
         inputs, outputs, parameters: its variables.
         flags: value references of the variables that say how reliable the outputs are, by name.
         confidence: None without an error bound.
-        at_step_end: value reference of ``inputs_at_step_end``.
+        known: value reference of ``inputs_at_step_end`` or ``inputs_held``, by which the page says
+            that what it sets is all that the inputs do in a step, as in a move that is planned.
         usual: without error bound and estimate, the RMS error that was measured in range, as a
             norm over the outputs; else None.
     """
@@ -86,7 +87,7 @@ class PageFacts:
     parameters: tuple[PageVariable, ...]
     flags: Mapping[str, int]
     confidence: PageConfidence | None
-    at_step_end: int | None
+    known: int | None
     usual: float | None
 
 
@@ -111,7 +112,7 @@ def facts_of(surrogate: Surrogate, provenance: Provenance | None = None) -> Page
         parameters=_variables([p.signal for p in surrogate.parameters], references),
         flags={name: references[name] for name in flags if name in references},
         confidence=_confidence(surrogate, references),
-        at_step_end=references.get(AT_STEP_END),
+        known=references.get(AT_STEP_END, references.get(HELD)),
         usual=_usual_error(surrogate, provenance),
     )
 

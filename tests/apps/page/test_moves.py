@@ -68,15 +68,15 @@ def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: Solved) -> 
         assert time[-1] > move.arrives + 0.2
 
 
-def test_moving_inputs_are_set_one_step_ahead_as_those_of_the_step_end(tmp_path: Path) -> None:
+def test_inputs_of_a_move_are_known_and_moving_ones_are_set_one_step_ahead(tmp_path: Path) -> None:
     task = tmp_path / "task.toml"
     turn = 'kind = "earliest"\nstart = [0.0]\ngoal = [2.0]\ntolerance = 2e-3\n'
     limits = "[limits]\nspeed = [8.0]\nacceleration = [20.0]\n"
     task.write_text(turn + limits, encoding="utf-8")
     found, surrogate = solved_moves(CRANK, task), read_fmu(CRANK)[0]
     assert found.time[:2] == (-surrogate.window.step, 0.0)
-    assert facts_of(surrogate).at_step_end == 12_000_000
-    assert facts_of(read_fmu(DUFFING)[0]).at_step_end is None
+    assert facts_of(surrogate).known == 12_000_000
+    assert facts_of(read_fmu(DUFFING)[0]).known == 23_000_000
 
 
 def test_task_of_a_path_has_no_moves(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ EXPORT size_t parts_memory(const Parts *parts);
 EXPORT int parts_repeat(Parts *parts, int part, int times);
 
 static void place(Parts *parts, const SlidePayload *payload, SlideArena *arena) {
-    slide_model_place(&parts->model, payload, arena);
+    slide_model_place(&parts->model, payload, SLIDE_STEPS_PER_SAMPLE, arena);
     slide_state_place(&parts->state, &parts->model, arena);
     parts->memory = slide_place(arena, 0, 1);
     const size_t begin = arena->used;
@@ -86,7 +86,7 @@ static float read_through(const float *values, size_t count) {
 static void run_network(Parts *parts, float value) {
     const SlideKernel *kernel = parts->model.kernel;
     const SlideNetwork *predictor = &parts->model.predictor;
-    SlideNetworkState *state = &parts->state.predictor;
+    SlideNetworkState *state = &slide_now(&parts->state)->predictor;
     if (slide_is_recurrent(predictor->family)) {
         predictor->features[0] = value;
         parts->found = *predictor->family->evaluate(predictor, kernel, state, 0);
@@ -99,9 +99,10 @@ static void run_network(Parts *parts, float value) {
 }
 
 static bool see(Parts *parts, double value, uint64_t sample) {
+    SlideSeen *seen = slide_now(&parts->state);
     parts->model.taken[0] = value;
-    return slide_network_see(&parts->model.predictor, &parts->state.predictor, sample,
-                             parts->model.taken, parts->state.samples.ring);
+    return slide_network_see(&parts->model.predictor, &seen->predictor, sample,
+                             parts->model.taken, seen->samples.ring);
 }
 
 static bool step(Parts *parts, double part, bool reads) {

@@ -2,7 +2,8 @@
 // Kinds of variables are numbers of slide_fmu/fmu/description/variables.py.
 
 const PER_KIND = 1000000;
-const [INPUT, OUTPUT, ESTIMATE, AT_STEP_END, PARAMETER, BOUND, CONFIDENCE] = [0, 1, 2, 12, 13, 15, 19];
+const [INPUT, OUTPUT, ESTIMATE, AT_STEP_END, PARAMETER] = [0, 1, 2, 12, 13];
+const [BOUND, CONFIDENCE, HELD] = [15, 19, 23];
 const FLAGS = [3, 4, 6, 16, 17, 18, 22];
 
 /** Variables as { name, description, kind, reference, unit, low, high, start }, in their order. */
@@ -82,7 +83,7 @@ export function factsOfFmu(text, results) {
       all.filter(({ kind }) => FLAGS.includes(kind)).map(({ name, reference }) => [name, reference]),
     ),
     confidence: confidence ?? null,
-    at_step_end: of(AT_STEP_END)[0]?.reference ?? null,
+    known: [...of(AT_STEP_END), ...of(HELD)][0]?.reference ?? null,
   };
 }
 

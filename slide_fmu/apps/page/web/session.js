@@ -3,7 +3,7 @@
 /** A run of a machine: every row of inputs gives an answer. */
 export class Session {
   constructor(machine, facts) {
-    const { inputs, outputs, parameters, confidence, flags, at_step_end: atStepEnd } = facts;
+    const { inputs, outputs, parameters, confidence, flags, known } = facts;
     this.machine = machine;
     this.flags = Object.keys(flags);
     this.given = machine.port(inputs.map((input) => input.reference));
@@ -17,8 +17,9 @@ export class Session {
     };
     this.read = machine.port(Object.values(this.groups).flat());
     this.outputs = machine.port(this.groups.outputs);
-    this.atStepEnd = atStepEnd === null ? null : machine.port([atStepEnd]);
-    this.known = false; // are inputs set to what they reach by the end of a step?
+    this.saysKnown = known === null ? null : machine.port([known]);
+    // Is what is set all that inputs do in a step? Moving ones are set to what they reach by its end.
+    this.known = false;
   }
 
   /** Starts anew; the first row of inputs counts as held for ever before. */
@@ -29,7 +30,7 @@ export class Session {
 
   begin(row, parameters, confidence) {
     this.machine.reset();
-    this.atStepEnd?.set([this.known ? 1 : 0]);
+    this.saysKnown?.set([this.known ? 1 : 0]);
     this.set(parameters, confidence);
     this.given.set(row);
     this.machine.start();

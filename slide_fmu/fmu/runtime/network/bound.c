@@ -108,6 +108,12 @@ void slide_bound_restart(const SlideBound *bound, SlideBoundState *state) {
     }
 }
 
+void slide_bound_take_back(const SlideBound *bound, SlideBoundState *state, uint64_t count) {
+    if (bound->memory_length > 0 && *state->known > count) {
+        slide_bound_restart(bound, state);
+    }
+}
+
 float *slide_bound_predicted(const SlideBound *bound, const SlideBoundState *state,
                              uint64_t sample) {
     return state->predicted + (size_t)(sample & (bound->n_predicted - 1)) * bound->n_outputs;

@@ -72,6 +72,9 @@ void slide_bound_place_state(SlideBoundState *state, const SlideBound *bound, Sl
 /* Nothing is known any more. */
 void slide_bound_restart(const SlideBound *bound, SlideBoundState *state);
 
+/* Samples from this number on are taken back, as of estimates (estimate.h). */
+void slide_bound_take_back(const SlideBound *bound, SlideBoundState *state, uint64_t count);
+
 /* What the predictor gave after a sample, scaled [n_outputs]; NULL: nothing. */
 void slide_bound_remember(const SlideBound *bound, SlideBoundState *state, uint64_t sample,
                           const float *values);

@@ -60,6 +60,13 @@ void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *esti
     }
 }
 
+void slide_estimate_take_back(const SlideEstimator *estimator, SlideEstimate *estimate,
+                              uint64_t count) {
+    if (estimator->positions > 0 && *estimate->known > count) {
+        slide_estimate_restart(estimator, estimate);
+    }
+}
+
 double slide_squared_error(const SlideEstimator *estimator, double mean, double eps) {
     double kept = eps < 1 ? eps : 1;
     double variance = square_of(estimator->log_middle + estimator->log_half_range * kept);

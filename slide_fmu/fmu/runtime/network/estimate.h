@@ -36,6 +36,11 @@ void slide_estimate_place(SlideEstimate *estimate, const SlideEstimator *estimat
 /* Nothing is known any more. */
 void slide_estimate_restart(const SlideEstimator *estimator, SlideEstimate *estimate);
 
+/* Samples from this number on are taken back. Where some of them are evaluated, which open ones are
+ * only if sample 0 is among them, all is evaluated anew. */
+void slide_estimate_take_back(const SlideEstimator *estimator, SlideEstimate *estimate,
+                              uint64_t count);
+
 /* Form the estimates at the last of the first n_ahead samples: of these, n_known are evaluated and
  * kept, where they are not known yet, and at most one that comes after them is evaluated alone. Kept
  * must be memory_length samples before the last one, and those before them. */

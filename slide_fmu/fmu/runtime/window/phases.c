@@ -244,8 +244,6 @@ static bool begin(const SlideModel *model, SlideState *state, SlideSeen *seen, d
     slide_seen_copy(model, start, seen);
     if (seen->head->n_open > 0) {
         slide_seen_take_back(model, seen);
-        slide_estimate_restart(&model->estimator, &seen->estimate);
-        slide_bound_restart(&model->bound, &seen->bound);
     }
     /* where nothing moved before, samples need not end at the start */
     const double samples = ceil((time - seen->head->end) / model->step - SLACK);

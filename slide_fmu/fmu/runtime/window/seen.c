@@ -191,6 +191,8 @@ void slide_seen_take_back(const SlideModel *model, SlideSeen *seen) {
     count_back(model, seen, *seen->samples.count - n_open);
     close_head(model, seen->head);
     forget(model, seen, &seen->known, n_open > 1 ? n_open : 0);
+    slide_estimate_take_back(&model->estimator, &seen->estimate, *seen->samples.count);
+    slide_bound_take_back(&model->bound, &seen->bound, *seen->samples.count);
 }
 
 void slide_seen_restore(const SlideModel *model, SlideSeen *seen, const SlideSeenHead *head,

@@ -13,7 +13,8 @@ typedef struct {
     SlideNetworkState predictor;
     SlideNetworkState known; /* of recurrent networks: as it was before the open samples */
     float *given; /* [n_outputs], what the predictor gave after the newest sample, scaled */
-    SlideEstimate estimate; /* this and the bound: at most until the open samples */
+    SlideEstimate estimate; /* this and the bound: at most until the open samples, or, where sample 0
+                               is one of them, until the last */
     SlideBoundState bound;
 } SlideSeen;
 
@@ -53,7 +54,7 @@ void slide_seen_number_next_first(const SlideModel *model, SlideSeen *seen);
 /* From here on samples are open. */
 void slide_seen_open(const SlideModel *model, SlideSeen *seen);
 
-/* The open samples are taken back. */
+/* The open samples are taken back, and what estimate and bound saw of them. */
 void slide_seen_take_back(const SlideModel *model, SlideSeen *seen);
 
 /* Back to how it was when it had this head and so many samples, and this state of a recurrent

@@ -255,6 +255,20 @@ class Resampling:
         squares = estimator.squares(values, newest, len(outputs))
         return outputs, np.sqrt(squares.mean(axis=0)) * surrogate.output_scaling.scale
 
+    def of_hand_overs(self) -> FloatArray:
+        """Outputs at the end of the last step of a cell that goes on from step to step, for all
+        the samples at which its states may last have changed places, (n_samples, n_outputs)."""
+        surrogate, network = self.surrogate, self.surrogate.network
+        assert isinstance(network, StateSpace)
+        scaled = self._scaled(2 * network.n_samples + 2)
+        features = plain_features(network.features, scaled)[3:]
+        values = [
+            plain_pair(network, features[-network.n_samples - more :])[0][-1]
+            for more in range(network.n_samples)
+        ]
+        newest = np.array(values)[:, -len(surrogate.outputs) :]
+        return newest * surrogate.output_scaling.scale + surrogate.output_scaling.offset
+
     def step(
         self, length: float, inputs: FloatArray, rates: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray | None]:

@@ -171,9 +171,11 @@ class Moving(Resampling):
     def __init__(
         self, surrogate: Surrogate, known: bool = False, before: FloatArray | None = None
     ) -> None:
-        """before: the inputs until the start, where they are known."""
+        """before: the inputs until the start, where they are known: a row, or samples one h apart,
+        oldest first, (n, n_inputs)."""
         super().__init__(surrogate)
-        self.known, self.before, self.now = known, before, 0.0
+        self.known, self.now = known, 0.0
+        self.before = None if before is None else np.atleast_2d(before)
         self.begins: list[float] = []
         self.rows: list[FloatArray] = []
         self.ways: list[list[int]] = []
@@ -194,11 +196,15 @@ class Moving(Resampling):
     def _begin(self, inputs: FloatArray) -> None:
         """What was before the first step."""
         h, forecasts = self.surrogate.window.step, self.first_order and not self.known
-        before = inputs if self.before is None else self.before
+        before = np.atleast_2d(inputs) if self.before is None else self.before
         if self.before is not None and forecasts:
-            self._add(-2 * h, before)
-        self._add(-h, before)
-        self.goal = np.array(before, dtype=np.float64)
+            self._add(-2 * h, before[-1])
+        begins = before
+        if self.first_order and self.known:  # a sample is where its step ends
+            begins = np.concatenate([before[:1], before[:-1]])
+        for age, row in zip(range(len(begins), 0, -1), begins, strict=True):
+            self._add(-age * h, row)
+        self.goal = np.array(before[-1], dtype=np.float64)
 
     def step(self, length: float, inputs: FloatArray, rates: FloatArray | None = None) -> Moving:
         """Set inputs and perhaps their derivatives, and take a step."""
@@ -339,7 +345,7 @@ class Moving(Resampling):
                 mean += (to - at) / (end - begin) * value
                 at, step = to, step + (not last)
             found[i] = mean
-            if all_move:
+            if all_move and not self.known:
                 held = self._held_for(first, i, begin, end)
                 found[i] = mean if held is None else held
         return found

@@ -14,6 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import memory_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.moving_inputs import Moving
 from tests.fmu.native import DISCARD, ERROR, OK, WARNING
 from tests.fmu.plain import Resampling
 
@@ -139,14 +140,15 @@ class PlainFmu:
 
     def _past(self) -> Resampling:
         """What is known before the first step, and all steps."""
-        h, past = self.surrogate.window.step, Resampling(self.surrogate)
-        before = {0: (), 1: (self.initial,), 2: self.window}[self.prehistory]
-        for row in before:
-            past.append(h, np.array(row))
+        before = {0: None, 1: np.array([self.initial]), 2: np.array(self.window)}[self.prehistory]
+        if not self.steps:  # what is set counts as held for ever, where nothing else is known
+            start = Resampling(self.surrogate)
+            for row in [self.inputs] if before is None else before:
+                start.append(self.surrogate.window.step, np.array(row))
+            return start
+        past = Moving(self.surrogate, known=True, before=before)
         for length, inputs, rates in self.steps:
-            past.append(length, np.array(inputs), np.array(rates) if any(rates) else None)
-        if not past.lengths:  # the inputs count as held for ever
-            past.append(h, np.array(self.inputs))
+            past.step(length, np.array(inputs), np.array(rates) if any(rates) else None)
         return past
 
     def _finite(self) -> bool:
@@ -189,7 +191,7 @@ class PlainFmu:
         if abs(count * h - length) > SLACK * h or any(self.rates):
             return self.do_step(time, length)
         kept, until, self.ended_early = self.kept(), math.inf, False
-        begin, end = self._past().inputs[-1] if self.steps else self._before(), self.inputs
+        begin, end = self._reached(), self.inputs
         moves = self.surrogate.hold == "first_order"
         for sample in range(1, count + 1):
             if moves:
@@ -209,8 +211,11 @@ class PlainFmu:
             self.inputs = end
         return OK
 
-    def _before(self) -> Inputs:
-        """The newest inputs before the first step."""
+    def _reached(self) -> Inputs:
+        """The inputs until now, or before the first step."""
+        past = self._past()
+        if isinstance(past, Moving):
+            return tuple(past.goal.tolist())
         return (self.inputs, self.initial, self.window[-1])[self.prehistory]
 
     def results_status(self) -> int:

@@ -53,6 +53,9 @@ LENGTHS = [1.0, 1.0, 1.0, 2.0, 0.6, 3.7, 5.0, 15.0]
 LINEAR = 1e-4
 """Relative, of a sum of derivatives: they are sums in single precision."""
 
+SMALLEST = 1e-30
+"""Estimates below it are 0 in one precision and not in another."""
+
 FMI2, FMI3, WATCHED = "FMI 2.0", "FMI 3.0", "FMI 3.0, watched"
 
 lengths = st.sampled_from(LENGTHS)
@@ -328,8 +331,14 @@ class Sequences(RuleBasedStateMachine):
         last = self.n_inputs + self.n_outputs
         assert tuple(found[: self.n_inputs]) == pair.plain.inputs
         self.close(np.array(found[self.n_inputs : last]), outputs)
-        if estimates is not None:
-            np.testing.assert_allclose(found[last : self.filled], estimates, ESTIMATE_TOLERANCE)
+        told = any(any(rates) for _, _, rates in pair.plain.steps)
+        if estimates is not None and told:  # what derivatives led to adds to them, if others came
+            lowest = (1 - ESTIMATE_TOLERANCE) * estimates - SMALLEST
+            assert np.all(np.array(found[last : self.filled]) >= lowest)
+        elif estimates is not None:
+            np.testing.assert_allclose(
+                found[last : self.filled], estimates, ESTIMATE_TOLERANCE, atol=SMALLEST
+            )
         filled = pair.plain.filled()
         np.testing.assert_allclose(found[self.filled :][: len(filled)], filled, 1e-9)
         assert found[self.in_range] in (0.0, 1.0)

@@ -116,6 +116,21 @@ def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load
         assert native.get(1) == [pytest.approx(expected)]
 
 
+@pytest.mark.parametrize("held", [False, True])
+def test_told_inputs_go_to_what_is_set_next(load: Load, held: bool) -> None:
+    """Until then they go where the derivative leads, also where all others are held."""
+    native = load(sum_surrogate()).instance(held=held).start()
+    for value, rate, expected in (
+        (0.5, 0.0, 2.0),
+        (0.0, 0.1, 1.55),  # the newest sample: 0.05, the mean from 0 to 0.1
+        (0.0, 0.1, 1.05),  # it went from 0 to 0
+        (0.3, 0.0, 0.95),  # 0.15, from 0 to 0.3, on a line: a step before it is held
+    ):
+        assert native.set(value) == native.set_rates(rate / STEP) == OK
+        assert native.do_step(native.time(), STEP) == OK
+        assert native.get(1) == [pytest.approx(expected, abs=1e-6)]
+
+
 def test_input_under_first_order_hold_ends_where_its_derivative_leads(load: Load) -> None:
     native = load(sum_surrogate(1, hold="first_order")).instance().start()
     for length in (1, 2, 0.4):

@@ -14,9 +14,23 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
+from tests.fmu.callers import Fmi2
 from tests.fmu.future import future
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
+
+
+def test_failed_step_leaves_derivatives_though_it_joined_steps_before(load: Load) -> None:
+    """Two steps with the same held inputs are kept as one when the next begins."""
+    surrogate = random_surrogate(Shape(n_inputs=2, activation="cubic"))
+    caller = Fmi2(load(surrogate))
+    assert caller.initialize(0.0, None) == caller.call("ExitInitializationMode") == OK
+    for time, length in ((0.0, 1.0), (1.0, 0.6)):
+        assert caller.set(0, (0.3, -0.2)) == caller.do_step(time * STEP, length * STEP) == OK
+    before = caller.directional(range(2, 3), range(2), np.array([1.0, 0.0]))
+    assert caller.set(0, (0.3, -1e30)) == OK
+    assert caller.do_step(1.6 * STEP, 0.6 * STEP) == ERROR
+    assert caller.directional(range(2, 3), range(2), np.array([1.0, 0.0])) == before
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])

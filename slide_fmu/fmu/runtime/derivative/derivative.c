@@ -43,11 +43,18 @@ static void put_earlier(const Replay *replay) {
     }
 }
 
+/* Were held inputs of the step before moved by derivatives? */
+static bool were_told(const SlideModel *model, const SlideState *state) {
+    const size_t count = model->history.first_order ? 0 : model->n_inputs;
+    return memchr(state->before.moved, SLIDE_TOLD, count) != NULL;
+}
+
 /* Newest samples that end after the last communication point, or the one before it, where its inputs
  * are what the step before it ends with. */
 static uint64_t n_moved_of(const SlideModel *model, const SlideState *state) {
     const SlideHead *head = state->head;
-    const double before = head->known != 0 ? 0 : fmax(head->length_before, model->step);
+    const bool apart = head->known != 0 && !were_told(model, state);
+    const double before = apart ? 0 : fmax(head->length_before, model->step);
     const double time = head->last_length + before;
     const double samples = ceil(time / model->step - SLACK);
     return samples < model->n_redone ? (uint64_t)samples : model->n_redone;

@@ -97,6 +97,36 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
     *history->count += 1;
 }
 
+void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena) {
+    undo->count = slide_place(arena, 1, sizeof *undo->count);
+    undo->steps = slide_place(arena, 2, (1 + n_inputs) * sizeof *undo->steps);
+    undo->moved = slide_place(arena, 2, n_inputs);
+}
+
+void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *history,
+                           const SlideHistoryUndo *undo) {
+    *undo->count = *history->count;
+    for (uint64_t age = 0; age < 2 && age < *undo->count; ++age) {
+        const uint64_t index = *undo->count - 1 - age;
+        memcpy(undo->steps + age * (1 + (size_t)shape->n_inputs),
+               step_at(shape, history, index), step_size(shape));
+        memcpy(undo->moved + age * shape->n_inputs, moved_at(shape, history, index),
+               shape->n_inputs);
+    }
+}
+
+void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *undo,
+                        SlideHistory *history) {
+    *history->count = *undo->count;
+    for (uint64_t age = 0; age < 2 && age < *undo->count; ++age) {
+        const uint64_t index = *undo->count - 1 - age;
+        memcpy(step_at(shape, history, index),
+               undo->steps + age * (1 + (size_t)shape->n_inputs), step_size(shape));
+        memcpy(moved_at(shape, history, index), undo->moved + age * shape->n_inputs,
+               shape->n_inputs);
+    }
+}
+
 void slide_history_take_back(const SlideHistoryShape *shape, SlideHistory *history) {
     const double *newest = slide_history_newest(shape, history);
     memcpy(history->end, newest + 1, shape->n_inputs * sizeof *history->end);
@@ -168,7 +198,7 @@ static uint64_t oldest(const SlideReader *reader) {
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history) {
     uint64_t newest = *history->count - 1;
-    return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0]};
+    return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0], false};
 }
 
 static const double *step_read(const SlideReader *reader) {
@@ -399,8 +429,9 @@ static double held_for(const SlideReader *reader, size_t input, double begin, do
 static double sample_of(const SlideReader *reader, size_t input, double begin, double end,
                         double *corrected) {
     const Course course = course_of(reader, input, begin, end);
-    return course.all_moves ? held_for(reader, input, begin, end, course.mean, corrected)
-                            : course.mean;
+    return course.all_moves && !reader->straight
+               ? held_for(reader, input, begin, end, course.mean, corrected)
+               : course.mean;
 }
 
 /* Inputs of which some steps may move. */

@@ -55,6 +55,20 @@ double *slide_history_before(const SlideHistoryShape *shape, const SlideHistory 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
 
+/* The newest two steps and what their inputs did, as they were before a step was appended: it may
+ * have joined them. */
+typedef struct {
+    uint64_t *count;      /* [1] */
+    double *steps;        /* [2][1 + n_inputs], newest first */
+    unsigned char *moved; /* [2][n_inputs] */
+} SlideHistoryUndo;
+
+void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena);
+void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *history,
+                           const SlideHistoryUndo *undo);
+void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *undo,
+                        SlideHistory *history);
+
 /* The step appended last is taken back; what was joined stays so. */
 void slide_history_take_back(const SlideHistoryShape *shape, SlideHistory *history);
 
@@ -87,6 +101,7 @@ typedef struct {
     const SlideHistory *history;
     uint64_t at;  /* the step read last */
     double begin; /* s, its start; the present, the end of the newest step, is 0 */
+    bool straight; /* do held inputs that move do so on lines, of which samples are the means? */
 } SlideReader;
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);

@@ -61,6 +61,7 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     SlideUndo *undo = &model->undo;
     const size_t row = model->n_inputs * sizeof(double);
     undo->end = slide_place(arena, 1, row);
+    slide_history_place_undo(&undo->history, model->n_inputs, arena);
     undo->given = slide_place(arena, 1, row);
     undo->rates = slide_place(arena, 1, row);
     undo->told = slide_place(arena, model->n_inputs, sizeof *undo->told);

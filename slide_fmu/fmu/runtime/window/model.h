@@ -34,6 +34,7 @@ typedef struct {
 /* What was before a step, as far as it cannot be found again. */
 typedef struct {
     double *end;              /* [n_inputs], SlideHistory.end */
+    SlideHistoryUndo history;
     double *given, *rates;    /* [n_inputs], SlideBeforeStep.given and rates */
     bool *told;               /* [n_inputs], SlideBeforeStep.told */
     unsigned char *moved;     /* [n_inputs], SlideBeforeStep.moved */

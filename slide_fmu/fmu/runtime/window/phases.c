@@ -62,8 +62,9 @@ static double samples_between(const SlideModel *model, double from, double to) {
 
 /* Samples until a time that end after the last communication point. */
 static uint64_t n_open_at(const SlideModel *model, const SlideState *state, double time) {
-    if (state->head->known != 0) {
-        return 0; /* what was set is all */
+    const bool told = state->head->moved != 0 && !model->history.first_order;
+    if (state->head->known != 0 && !told) {
+        return 0; /* what was set is all; but what is set next may not lie where derivatives lead */
     }
     const double ahead = time - (slide_clock_time(&state->head->inner) - state->head->last_length);
     const double samples = fmax(ceil(ahead / model->step - SLACK), 0);

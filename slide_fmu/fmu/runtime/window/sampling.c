@@ -9,6 +9,7 @@ static const double IN_DOUBT = 1.0;
 
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before) {
     SlideReader reader = slide_history_reader(&model->history, &state->history);
+    reader.straight = state->head->known != 0;
     for (uint64_t left = count; left-- > 0;) {
         const double end = -(double)left * model->step - before;
         slide_history_sample(&reader, end - model->step, end, model->inputs, model->corrected);

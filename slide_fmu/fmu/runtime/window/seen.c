@@ -35,7 +35,7 @@ void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *
 void slide_seen_clear(const SlideModel *model, SlideSeen *seen, const SlideSeen *other) {
     const SlideNetwork *network = &model->predictor;
     memset(seen->head, 0, slide_seen_size(model));
-    if (slide_is_recurrent(network->family)) {
+    if (other != NULL && slide_is_recurrent(network->family)) {
         network->family->keep(network, &other->predictor, &seen->predictor);
     }
 }

@@ -26,8 +26,8 @@ size_t slide_seen_size(const SlideModel *model);
 /* One becomes what another one is. */
 void slide_seen_copy(const SlideModel *model, const SlideSeen *from, SlideSeen *to);
 
-/* All bytes of one are 0, so that nothing depends on what was in it, but for what another one has of
- * a recurrent network: its truncation errors stay when it is restarted. */
+/* All bytes of one are 0, so that nothing depends on what was in it, but for what another one, if any,
+ * has of a recurrent network: its truncation errors stay when it is restarted. */
 void slide_seen_clear(const SlideModel *model, SlideSeen *seen, const SlideSeen *other);
 
 /* A sample, scaled [n_inputs], and what the companion of the bound sees in its place; may be the same. */

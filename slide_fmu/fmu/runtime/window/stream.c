@@ -46,6 +46,7 @@ static bool see_start(const SlideModel *model, SlideState *state) {
     const bool reaches = prehistory != SLIDE_FIRST_HELD && forecasts;
     const SlideSample rest = {model->taken, model->taken};
     bool done = true;
+    slide_seen_clear(model, start, NULL); /* a run before this one may have left something */
     if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         slide_sampling_recall(model, state);
         slide_sample(model, state, model->memory_length, 0);
@@ -287,6 +288,7 @@ static void prepare(const SlideModel *model, SlideState *state) {
     const SlideUndo *undo = &model->undo;
     const size_t row = model->n_inputs * sizeof(double);
     memcpy(undo->end, state->history.end, row);
+    slide_history_prepare(&model->history, &state->history, &undo->history);
     memcpy(undo->given, state->before.given, row);
     memcpy(undo->rates, state->before.rates, row);
     memcpy(undo->told, state->before.told, model->n_inputs * sizeof *undo->told);
@@ -314,10 +316,8 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
         slide_phases_forget(model, state);
         return;
     }
-    *state->history.count -= 1;
+    slide_history_undo(&model->history, &model->undo.history, &state->history);
     memcpy(state->history.end, model->undo.end, row);
-    memcpy(slide_history_moved(&model->history, &state->history, 0), state->before.moved,
-           model->n_inputs);
     memcpy(state->before.moved, model->undo.moved, model->n_inputs);
     memcpy(state->acting, model->undo.acting, model->parameters.count * sizeof(double));
     slide_model_form(model, state->acting);

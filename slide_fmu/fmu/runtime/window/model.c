@@ -71,7 +71,7 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     undo->since = slide_place(arena, model->n_phases + 1, sizeof(double));
     undo->start_used = slide_place(arena, 1, sizeof *undo->start_used);
     undo->seen = slide_place(arena, 1, sizeof *undo->seen);
-    undo->count = slide_place(arena, 2, sizeof *undo->count);
+    undo->count = slide_place(arena, 3, sizeof *undo->count);
     undo->open = slide_place(arena, model->n_in, row);
     undo->others = slide_place(arena, model->others.capacity > 0 ? model->n_in : 0, row);
 }

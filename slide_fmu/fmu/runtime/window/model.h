@@ -43,7 +43,7 @@ typedef struct {
     double *since;            /* [n_phases + 1], SlideSeenHead.since */
     uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
-    uint64_t *count;            /* [2], its samples, and its place */
+    uint64_t *count;            /* [3], its samples, its place, and how many phases went on */
     double *others;             /* [n_in][n_inputs], the same as the companion sees them */
     double *open;               /* [n_in][n_inputs], its open samples, scaled, oldest first */
 } SlideUndo;

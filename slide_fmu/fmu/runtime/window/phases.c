@@ -18,7 +18,8 @@ static bool is_whole(double samples, double slack) {
 
 uint64_t slide_phases_of(const SlideModel *model, double length) {
     for (uint64_t count = 1; count <= model->n_phases; ++count) {
-        if (is_whole((double)count * length / model->step, SLACK)) {
+        const double samples = (double)count * length / model->step;
+        if (samples > SLACK && is_whole(samples, SLACK)) {
             return count;
         }
     }
@@ -149,6 +150,7 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
     *undo->seen = *seen->head;
     undo->count[0] = *seen->samples.count;
     undo->count[1] = (uint64_t)(seen - state->seen);
+    undo->count[2] += 1;
     for (uint64_t left = seen->head->n_open; left-- > 0;) {
         const uint64_t number = *seen->samples.count - 1 - left;
         const size_t place = (size_t)(seen->head->n_open - 1 - left) * row;
@@ -164,6 +166,7 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
 void slide_phases_prepare(const SlideModel *model, const SlideState *state) {
     const SlideUndo *undo = &model->undo;
     undo->seen->used = 0;
+    undo->count[2] = 0;
     *undo->start_used = state->seen[model->n_phases].head->used;
     for (size_t place = 0; place <= model->n_phases; ++place) {
         undo->since[place] = state->seen[place].head->since;
@@ -193,6 +196,7 @@ static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen)
 bool slide_phases_undo(const SlideModel *model, SlideState *state) {
     const SlideUndo *undo = &model->undo;
     const uint64_t n_steps = state->head->n_steps;
+    const bool several = undo->count[2] > 1; /* between phases: of each, only one state was kept */
     for (size_t place = 0; place <= model->n_phases; ++place) {
         state->seen[place].head->since = undo->since[place];
     }
@@ -204,10 +208,13 @@ bool slide_phases_undo(const SlideModel *model, SlideState *state) {
             continue;
         }
         /* one that went on twice was noted after it had seen what failed */
-        if (undo->count[1] != place || undo->seen->used == 0 || undo->seen->used > n_steps ||
+        if (several || undo->count[1] != place || undo->seen->used == 0 || undo->seen->used > n_steps ||
             !restore(model, state, seen)) {
             seen->head->used = 0;
         }
+    }
+    if (several) {
+        slide_phases_note_nothing(state);
     }
     return slide_now(state)->head->used > 0;
 }
@@ -234,7 +241,9 @@ static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, d
     slide_sample(model, state, n_again + n_taken, fmax(now - time, 0));
     const bool done = (n_again == 0 || close(model, state, seen, n_taken)) &&
                       take(model, seen, n_taken, n_open > least_open ? n_open : least_open);
-    seen->head->end = time;
+    if (n_taken > 0) { /* else its samples end where they did, or tiny steps would drag it along */
+        seen->head->end = time;
+    }
     return done;
 }
 

@@ -1,0 +1,66 @@
+"""Steps that end between the phases of time, or hardly go on in one of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.signals import Hold
+from tests.fmu.any_step import LASTING, both_holds, drawn, go
+from tests.fmu.derivatives import derivatives
+from tests.fmu.moving_inputs import forecasting, moving_inputs
+from tests.fmu.native import ERROR, OK, Load
+from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+
+
+@both_holds
+@pytest.mark.parametrize("cell", [None, LASTING], ids=["layers", "cell"])
+def test_time_goes_on_by_steps_that_are_hardly_longer_than_nothing(
+    load: Load, cell: CellShape | None, hold: Hold
+) -> None:
+    """Many of them give what one step gives: they drag no phase along with them."""
+    loaded = load(random_surrogate(Shape(cell=cell, hold=hold)))
+    tiny, count = 8e-6, 6000
+    one, many = loaded.instance().start(), loaded.instance().start()
+    rows = drawn(20, 1)
+    for native in (one, many):
+        go(native, [1.0] * 20, rows)
+    height = 3.0 if rows[-1] < 0.5 else -2.0
+    before = many.get(1)
+    expected = go(one, [count * tiny], np.array([[height]]))
+    found = go(many, [tiny] * count, np.full((count, 1), height))
+    assert found[-1] == pytest.approx(expected[0], abs=3e-4)
+    assert abs(expected[0, 0] - before[0]) > 3e-3
+
+
+@both_holds
+@pytest.mark.parametrize("length", [0.37, 0.17, 1 / 13])
+def test_step_that_fails_between_phases_gives_none_the_state_of_another(
+    load: Load, length: float, hold: Hold
+) -> None:
+    """Soon after the start, all that was taken back is found again to the bit."""
+    cell = CellShape(activation="cubic")
+    shape = Shape(n_in=40, n_inputs=2, n_outputs=2, cell=cell, hold=hold)
+    surrogate = random_surrogate(shape)
+    surrogate = surrogate if hold == "zero_order" else forecasting(surrogate)
+    loaded, rows = load(surrogate), moving_inputs(surrogate, 90)
+    count = int(3 / length)
+    clean, failing = (loaded.instance(held=False).start() for _ in range(2))
+    for native in (clean, failing):
+        go(native, [length] * count, rows[:count])
+    assert failing.set(1e30, -1e30) == OK
+    assert failing.do_step(failing.time(), length * STEP) == ERROR
+    lengths, rest = [length] * 8 + [1.0] * 4, rows[count : count + 12]
+    np.testing.assert_array_equal(go(failing, lengths, rest, 2), go(clean, lengths, rest, 2))
+
+
+def test_step_that_fails_between_phases_leaves_derivatives(load: Load) -> None:
+    cell = CellShape(activation="cubic")
+    surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=cell))
+    native, rows = load(surrogate).instance().start(), drawn(40, 2)
+    go(native, [0.37] * 25, rows[:25])
+    go(native, [0.5] * 15, rows[25:])
+    expected = derivatives(native, 2, 2)
+    native.set(1e30, -1e30)
+    assert native.do_step(native.time(), 0.37 * STEP) == ERROR
+    np.testing.assert_allclose(derivatives(native, 2, 2), expected, rtol=1e-6, atol=1e-9)

@@ -12,6 +12,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.derivatives import derivatives
 from tests.fmu.native import DISCARD, OK, Load, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import STEP
@@ -251,3 +252,20 @@ def test_inputs_that_change_over_a_longer_step_are_out_of_the_domain(
     if doubtful:  # from the step on after which it is known that they changed
         expected[count + 1 : count + 1 + memory] = [0.0] * memory
     assert inside == expected
+
+
+def test_derivative_after_a_longer_step_leaves_the_domain(load: Load) -> None:
+    """It moves the inputs a little, which would count as a change over the step."""
+    surrogate = tolerant("moving", ranges=False)
+    bound = surrogate.bound
+    assert bound is not None
+    free = dataclasses.replace(bound, limits=1e9 * bound.limits)
+    surrogate = dataclasses.replace(surrogate, bound=free)
+    native, place = load(surrogate).instance(held=False).start(), places(surrogate, "IN_DOMAIN")
+    middle = surrogate.input_scaling.offset
+    for length in (1.0, 2.0, 2.0):
+        assert native.set(*middle) == OK
+        assert native.do_step(native.time(), length * STEP) == OK
+    assert native.get(*place) == [1.0]
+    derivatives(native, 2, 2)
+    assert native.get(*place) == [1.0]

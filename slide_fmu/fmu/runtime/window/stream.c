@@ -245,6 +245,7 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
     const size_t row = model->n_inputs * sizeof(double);
     const bool first = slide_stream_first_held(state);
     const bool ends = model->history.first_order && !slide_stream_forecasts(model, state);
+    const double doubt = state->head->doubt;
     memcpy(state->before.given, inputs, row);
     if (first) {
         memcpy(slide_history_before(&model->history, &state->history) + 1, inputs, row);
@@ -254,6 +255,7 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
     }
     begin_again(model, state);
     go_to_end(model, state);
+    state->head->doubt = doubt; /* it is about the inputs that the step had */
 }
 
 /* What networks have seen goes on to the present; between phases, outputs come into

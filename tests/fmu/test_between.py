@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,11 @@ from tests.fmu.derivatives import derivatives
 from tests.fmu.moving_inputs import forecasting, moving_inputs
 from tests.fmu.native import ERROR, OK, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.test_error_bounds import places, surrogate_of
+from tests.fmu.test_ranges import WIDE, reference
+
+PARTS = 25
+"""Steps in a sample step: more than there are phases."""
 
 
 @both_holds
@@ -64,3 +71,45 @@ def test_step_that_fails_between_phases_leaves_derivatives(load: Load) -> None:
     native.set(1e30, -1e30)
     assert native.do_step(native.time(), 0.37 * STEP) == ERROR
     np.testing.assert_allclose(derivatives(native, 2, 2), expected, rtol=1e-6, atol=1e-9)
+
+
+def test_input_out_of_range_counts_at_once_until_the_memory_has_lost_it(load: Load) -> None:
+    """A moving input leaves its range for one call, which not every phase sees."""
+    shape = Shape(n_in=8, n_out=2, cell=LASTING, hold="first_order")
+    surrogate = dataclasses.replace(forecasting(random_surrogate(shape)), input_scaling=WIDE)
+    native, place = load(surrogate).instance(held=False).start(), reference(surrogate)
+    length, left, memory = 0.17, 120, surrogate.network.memory_length
+    found = []
+    for k in range(left + int((memory + 3) / length)):
+        native.set(9.0 if k == left else 0.5)
+        assert native.do_step(native.time(), length * STEP) == OK
+        found += native.get(place)
+    assert all(found[:left])
+    assert not any(found[left : left + int(memory / length)])
+    assert found[-1]
+
+
+def test_novelty_is_the_largest_of_the_phases_behind_the_outputs(load: Load) -> None:
+    """Inputs that change at fifths of a sample step only: steps of a fifth give each phase's."""
+    surrogate = surrogate_of("plain")
+    loaded, place = load(surrogate), places(surrogate, "NOVELTY")
+    fifths, small = loaded.instance().start(), loaded.instance().start()
+    rows = np.random.default_rng(3).uniform(-0.2, 1.2, (120, 2))
+    alone, joined = [], []
+    for row in rows:
+        fifths.set(*row)
+        assert fifths.do_step(fifths.time(), STEP / 5) == OK
+        alone += fifths.get(*place)
+        small.set(*row)
+        for _ in range(PARTS // 5):
+            joined += small.get(*place)
+            assert small.do_step(small.time(), STEP / PARTS) == OK
+    others = []
+    for j in range(60, 119):  # after step j: at (j + 1) / 5 of a sample step
+        # the others began a sample earlier
+        same = [i for i in (j, j - 3, j - 4, j - 6) if i % 5 < 3]
+        if j % 5 < 3:
+            largest = max(alone[i] for i in same)
+            assert joined[(j + 1) * (PARTS // 5) + 2] >= largest * (1 - 1e-3)
+            others.append(largest > 1.01 * alone[j])
+    assert any(others)

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { STATE_VERSION = 15 };
+enum { STATE_VERSION = 16 };
 
 typedef struct {
     char magic[8];

@@ -12,7 +12,7 @@ static double part_filled(const SlideModel *model, const SlideState *state, uint
 
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
 static bool in_domain(const SlideModel *model, SlideState *state) {
-    return slide_bound_knows(slide_stream_bound(model, state)) &&
+    return slide_stream_novelty(model, state) <= 1 &&
            slide_stream_in_range(model, state) && !slide_stream_doubtful(model, state);
 }
 
@@ -151,7 +151,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
         values[0] = in_domain(model, state);
         break;
     case SLIDE_NOVELTY:
-        values[0] = *slide_stream_bound(model, state)->novelty;
+        values[0] = slide_stream_novelty(model, state);
         break;
     case SLIDE_BOUND_FILLED:
         values[0] = part_filled(model, state, model->bound.filling_length);

@@ -104,8 +104,8 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 #define SLIDE_USUAL_CONFIDENCE 0.95
 #define SLIDE_LARGEST_CONFIDENCE 0.99
 
-/* The novelty is that of the calibration. */
-bool slide_bound_knows(const SlideBoundState *state);
+/* The novelty at the last of the known samples: 1 at the edge of the domain. */
+double slide_bound_novelty(const SlideBound *bound, const SlideBoundState *state);
 
 /* The bound of an output, relative to its scale, for a confidence between these. It has a floor,
  * is at least a share of the disagreement, and grows by what forecasts of the inputs changed in the

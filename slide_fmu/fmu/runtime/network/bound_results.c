@@ -111,7 +111,10 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
     *state->concluded = *state->known;
 }
 
-bool slide_bound_knows(const SlideBoundState *state) { return *state->novelty <= 1; }
+double slide_bound_novelty(const SlideBound *bound, const SlideBoundState *state) {
+    form_means(bound, state);
+    return novelty_of(bound);
+}
 
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
                       double confidence, double forecast) {

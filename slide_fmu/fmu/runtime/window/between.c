@@ -1,6 +1,7 @@
 #include "between.h"
 
 #include "phases.h"
+#include "ranges.h"
 #include "sampling.h"
 
 #include <math.h>
@@ -38,6 +39,9 @@ bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *pla
         }
     }
     slide_sample(model, state, 1 + SLIDE_BEFORE, 0);
+    if (!slide_in_range(model->taken, model->n_inputs, model->cosine)) {
+        state->head->outside = now;
+    }
     for (size_t i = 0; i < model->n_outputs; ++i) {
         outputs[i] = 0;
     }
@@ -54,7 +58,7 @@ bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *pla
             outputs[j] += weights[i] * values[j];
         }
     }
-    /* what the bound says of it, taken back where the phase is a node again */
+    /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */
     const bool done =
         slide_phases_reach(model, state, first * spacing + model->step, 1, place);
     slide_phases_note_nothing(state);

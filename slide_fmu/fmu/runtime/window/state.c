@@ -52,6 +52,7 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     state->head->known = model->at_step_end;
     state->head->confidence = SLIDE_USUAL_CONFIDENCE;
     state->head->doubt = -INFINITY;
+    state->head->outside = -INFINITY;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
     memcpy(state->initial, model->starts, model->n_inputs * sizeof(double));
     for (size_t i = 0; i < model->parameters.count; ++i) {

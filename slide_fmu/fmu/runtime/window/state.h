@@ -35,6 +35,8 @@ typedef struct {
     uint64_t n_looked;  /* samples that the predictor looked at, if it saw all of them anew; else 0 */
     uint64_t n_since;   /* samples that this took in since what SlideState.before has; 0: all are
                            others */
+    double outside;     /* s of the inner time, when the newest sample, taken between phases, was out
+                           of range last; or -infinity */
     double doubt;       /* s of the inner time, until when inputs did what samples do not show: they
                            jumped where they move in the training; or -infinity */
     uint32_t mode;      /* SlideMode of instance.h */

@@ -368,7 +368,9 @@ double slide_stream_filled(const SlideModel *model, const SlideState *state) {
 bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
     const SlideSeen *seen = slide_now(state);
     const uint64_t behind = *seen->samples.count - seen->head->strayed;
-    return seen->head->strayed == 0 || behind >= model->predictor.memory_length;
+    const uint64_t memory = model->predictor.memory_length;
+    const double since = slide_clock_time(&state->head->inner) - state->head->outside;
+    return (seen->head->strayed == 0 || behind >= memory) && since >= memory * model->step;
 }
 
 bool slide_stream_doubtful(const SlideModel *model, const SlideState *state) {
@@ -438,4 +440,23 @@ const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *s
     conclude(model, state, ahead);
     state->head->concluded = state->head->n_steps + 1;
     return ahead;
+}
+
+/* Is this one of the phases behind the outputs of now? */
+static bool is_behind(const SlideState *state, const SlideSeen *seen) {
+    return state->head->n_steps > 0 && seen->head->used == state->head->n_steps;
+}
+
+double slide_stream_novelty(const SlideModel *model, SlideState *state) {
+    double largest = *slide_stream_bound(model, state)->novelty;
+    for (size_t i = 0; i < model->n_phases && slide_between_serves(model, state); ++i) {
+        SlideSeen *seen = &state->seen[i];
+        const uint64_t n_known = *seen->samples.count - seen->head->n_open;
+        const bool has_any = n_known >= model->samples.capacity; /* samples with numbers */
+        if (i != state->head->now && is_behind(state, seen) && has_any) {
+            bound_until(model, seen, n_known, &seen->bound);
+            largest = fmax(largest, slide_bound_novelty(&model->bound, &seen->bound));
+        }
+    }
+    return largest;
 }

@@ -39,4 +39,7 @@ const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *
 /* The same of the error bound; only with one. */
 const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *state);
 
+/* The novelty; between phases, the largest of all that the outputs are made of. */
+double slide_stream_novelty(const SlideModel *model, SlideState *state);
+
 #endif

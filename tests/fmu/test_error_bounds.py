@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import statistics_of
@@ -49,6 +51,7 @@ OF_NETWORKS = {
 estimate."""
 
 NAMES = (*SHAPES, *OF_NETWORKS)
+DUFFING = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
 BLOCKS = (2, 5)
 TOLERANCE = 1e-4
 """Of bounds and novelty, relative to themselves: logarithms magnify rounding where surrogate and
@@ -196,6 +199,19 @@ def test_bound_of_forecast_inputs_adds_what_forecasts_changed(
     assert not np.allclose(found, without, rtol=0.01)
 
 
+def test_bound_grows_where_held_inputs_change_within_a_sample(load: Load) -> None:
+    """Their mean counts, which comes at another time: steps of h / 2, and a force for each h."""
+    surrogate = read_fmu(DUFFING)[0]
+    step, forces = surrogate.window.step, np.random.default_rng(5).uniform(-900, 900, 500)
+    native, found = load(surrogate).instance().start(), []
+    for force in forces.repeat(2):
+        assert native.set(force) == native.do_step(native.time(), step / 2) == OK
+        found += native.get(*places(surrogate, "ERROR_BOUND"))
+    bounds = np.array(found)[800:]
+    whole, changed = bounds[1::2], bounds[::2]
+    assert np.median(changed) > 20 * np.median(whole)
+
+
 def smooth_record(count: int) -> FloatArray:
     """Scaled inputs that are forecast well at first, and hardly at all afterwards, (count, 2)."""
     time, rng = np.arange(count)[:, None], np.random.default_rng(2)
@@ -264,15 +280,21 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     count = surrogate.memory_length
     ages = np.clip(np.arange(count, -1, -1), 1, 90)
     taken = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
-    scaled = surrogate.input_scaling.apply(np.concatenate([taken[:1], taken]))[None]
+    late = 0.75 * (
+        rows[-ages[1:]] - rows[-ages[:-1]]
+    )  # six times the moment: the companion's doubt
+    scaled, others = (
+        surrogate.input_scaling.apply(np.concatenate([some[:1], some]))[None]
+        for some in (taken, taken + late)
+    )
     network = surrogate.network
     assert isinstance(network, StateSpace)
     features = network.features.along(scaled)[:, -window.n_in :]
     of_surrogate = network.run(features)[0][0, -window.n_out :].astype(float)
-    of_companion = bound.companion.stream(scaled)[0, -window.n_out :].astype(float)
+    of_companion = bound.companion.stream(others)[0, -window.n_out :].astype(float)
     squares = (of_surrogate - of_companion) ** 2
     _, watched, _ = statistics_of(
-        (bound.companion, None), bound.blocks, scaled, np.zeros((1, count + 1, 2))
+        (bound.companion, None), bound.blocks, others, np.zeros((1, count + 1, 2))
     )
     means = np.concatenate([squares.mean(axis=0), squares.mean(axis=0), watched[0, -1, 4:]])
     within(native.get(*places(surrogate, "NOVELTY")), [np.sqrt((means / bound.limits).max())])

@@ -359,13 +359,15 @@ static double moving_at(const SlideReader *reader, size_t input, double time) {
 /* How an input goes over a sample. */
 typedef struct {
     double mean;    /* over time, linear where it moves */
+    double moment;  /* how much later than the mean it comes: the mean of (u - mean) (t - middle) / h */
     bool all_moves; /* does it move in all of the sample? */
 } Course;
 
 static Course course_of(const SlideReader *reader, size_t input, double begin, double end) {
     const double slack = reader->shape->slack;
     SlideReader part = sought(reader, begin + slack);
-    Course course = {0, true};
+    Course course = {0, 0, true};
+    const double middle = 0.5 * (begin + end);
     for (double from = begin; from < end - slack;) {
         const bool last = part.at + 1 == *part.history->count;
         const double to = last ? end : fmin(end_of(&part), end), now = step_read(&part)[1 + input];
@@ -377,7 +379,9 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
         } else {
             course.all_moves = false;
         }
-        course.mean += (to - from) / (end - begin) * value;
+        const double share = (to - from) / (end - begin);
+        course.mean += share * value;
+        course.moment += share * value * (0.5 * (from + to) - middle) / (end - begin);
         from = to;
         if (!last) {
             part.begin = end_of(&part);
@@ -426,12 +430,18 @@ static double held_for(const SlideReader *reader, size_t input, double begin, do
     return smooth ? middle + correction : mean;
 }
 
+/* A mean comes at another time than what it stands for. How much that matters depends on the system; a
+ * line with the same moment ends so far from its middle. */
+static const double LATE = 6.0;
+
 static double sample_of(const SlideReader *reader, size_t input, double begin, double end,
                         double *corrected) {
     const Course course = course_of(reader, input, begin, end);
-    return course.all_moves && !reader->straight
-               ? held_for(reader, input, begin, end, course.mean, corrected)
-               : course.mean;
+    if (course.all_moves && !reader->straight) {
+        return held_for(reader, input, begin, end, course.mean, corrected);
+    }
+    *corrected = LATE * course.moment;
+    return course.mean;
 }
 
 /* Inputs of which some steps may move. */

@@ -117,7 +117,7 @@ void slide_history_at(SlideReader *reader, double time, double *inputs);
  * of the inputs in it: of held ones the mean over time, of a director the one at the begin; of those
  * that move smoothly the value in the middle, and what a hold loses of it: with u at begin, middle and
  * end (8 u_middle - u_begin - u_end) / 6, and the next order where there are steps enough; corrected
- * [n_inputs] by how much, else 0. Times may only rise. */
+ * [n_inputs] by how much, and of a mean by how much it may be wrong, else 0. Times may only rise. */
 void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs,
                           double *corrected);
 

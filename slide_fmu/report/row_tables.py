@@ -57,7 +57,8 @@ ALONE = (IN_RANGE, SMOOTH)
 
 HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
-    "step the importer says so by `inputs_held` = 1. All others act at their own times."
+    "step the importer says so by `inputs_held` = 1. All others act at their own times. At h/4 "
+    "outputs between multiples of h count, too: there the mean of an input over h acts."
 )
 """What is measured of an FMU whose inputs are held."""
 

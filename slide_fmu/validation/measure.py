@@ -22,9 +22,18 @@ from slide_fmu.validation.constant_inputs import constant_motions
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.meter import Calls, Meter, size_of
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.row import OF_TRAINING, SEARCH, SMOOTH, Row
-from slide_fmu.validation.smooth_inputs import STEPS, TRAJECTORIES, model_rows, smooth_motions
+from slide_fmu.validation.row import FINER, OF_TRAINING, SEARCH, SMOOTH, Row
+from slide_fmu.validation.smooth_inputs import (
+    STEPS,
+    TRAJECTORIES,
+    fine_truth,
+    model_rows,
+    smooth_motions,
+)
 from slide_fmu.validation.user_inputs import user_motions
+
+MOST_BETWEEN = 24
+"""Number of motions of a group, about, whose truth is simulated between samples."""
 
 
 def rows_of(
@@ -58,8 +67,13 @@ def rows_of(
         meter = Meter(files, first.surrogate, ErrorLevels(first.mean, usual))
         for number, (group, validation) in enumerate(validations.items(), start=1):
             beyond = validation.task.amplitude != (1.0, 1.0)
-            calls = meter.usual_calls(finer=validation.between_known and not beyond)
+            finer = validation.between_known and not beyond
+            held = first.surrogate.hold == "zero_order"
+            calls = meter.usual_calls(finer=finer and not held)
             rows += meter.rows_by_kind(group, motions_by_kind(validation), calls)
+            if finer and held:
+                shown = motions_between(validation, case)
+                rows += meter.rows_by_kind(group, shown, [("plain", float(FINER))])
             progress(number, total)
         if first.in_range:
             rows += further_rows(case.source, meter, first, case, bar)
@@ -79,6 +93,33 @@ def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
         if comparison.motion is not None:
             found.setdefault(names[comparison.kind], []).append(comparison.motion)
     return dict(sorted(found.items(), key=lambda item: names.index(item[0])))
+
+
+def motions_between(validation: Validation, case: Case) -> dict[str, list[MeasuredMotion]]:
+    """Simulate the reference between the samples, too, under inputs that are held over each.
+
+    Its own samples alone would show what an FMU gives at multiples of its step, where inputs that
+    are held over it are exact. The model starts at rest, so that points count later, by the
+    burn-in. None of a model without a finer step.
+
+    Returns:
+        The motions by the names of their kinds, whose truth has fine steps.
+    """
+    found: dict[str, list[MeasuredMotion]] = {}
+    step = case.recipe.window.step
+    for name, motions in motions_by_kind(validation).items():
+        share = MOST_BETWEEN * len(motions) // len(validation.comparisons)
+        for motion in motions[: max(1, share)]:
+            of_motion, times = case.at(motion.parameters), case.finer_steps
+            try:
+                system = of_motion.reference_as_it_runs()
+                truth = fine_truth(system, motion.course, motion.count(step) * times)
+            except (LoadError, SimulationError):
+                continue
+            first = motion.first + case.recipe.data.burn_in
+            fine = MeasuredMotion(motion.course, truth, step / times, first, motion.parameters)
+            found.setdefault(name, []).append(fine)
+    return found
 
 
 @asked_of_sources

@@ -20,7 +20,7 @@ from slide_fmu.systems.base import System
 from slide_fmu.validation import smooth_inputs
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.row import SMOOTH, Call, Row, row_at
+from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, row_at
 from slide_fmu.validation.smooth_inputs import Sines, band_of
 from slide_fmu.validation.task import IN_RANGE, Task
 from slide_fmu.validation.validate import validate
@@ -86,6 +86,19 @@ def user_call(
 def relative(errors: list[FloatArray], truths: list[FloatArray]) -> FloatArray:
     error, truth = np.concatenate(errors), np.concatenate(truths)
     return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / truth.std(axis=0))
+
+
+def test_held_inputs_at_a_shorter_step_count_between_samples_too(case: Case) -> None:
+    """At multiples of the own step, held inputs are exact at any communication step."""
+    _, validation, rows = case
+    own, finer = (row_at(rows, IN_RANGE, ALL, "plain", steps) for steps in (1.0, 4.0))
+    assert own is not None
+    assert finer is not None
+    if validation.surrogate.hold == "zero_order":
+        assert finer.counted > 2 * own.counted
+        assert finer.error > 3 * own.error
+    else:
+        assert finer.counted == pytest.approx(own.counted, abs=2)
 
 
 @pytest.mark.extended

@@ -250,7 +250,8 @@ def _require_jumping(kind: InputKind, turning: bool) -> None:
     reasons: dict[InputKind, str] = {
         "held": "the inputs are held over each step, and jump at its begin without this option",
         "rates": "the model follows the rates of its inputs, which a jump has not",
-        "set_points": "the inputs are set points of drives, which do not jump",
+        "set_points": "the inputs count as set points of drives, which do not jump: they are "
+        "angles in rad or deg, or belong to a chain of joints (inputs of other units may jump)",
         "angle": "the inputs are cosine and sine of an angle, which does not jump",
     }
     reason = reasons.get(kind, reasons["angle"] if turning else None)

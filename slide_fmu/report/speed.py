@@ -16,6 +16,10 @@ MEANING = (
 )
 
 
+FAR_BETTER = 1 / 3
+"""A model whose error is smaller than this part of the FMU's is not its equal, but far better."""
+
+
 def timing_text(found: Timing) -> str:
     """Say how long a step of an FMU takes, and how much longer its model takes where compared."""
     step = f"A step takes {found.fmu_step_us:.3g} µs."
@@ -25,6 +29,7 @@ def timing_text(found: Timing) -> str:
 def speed_text(found: SpeedFigures) -> str:
     """Say how much longer the model takes, by which solver, and how accurate both are."""
     loosened, finest = found.loosened, found.finest
+    far_better = loosened.relative_error < FAR_BETTER * found.relative_error
     times = f"takes {ratio_text(found.ratio)} times as long"
     if not found.can_be_loosened:
         return (
@@ -35,6 +40,13 @@ def speed_text(found: SpeedFigures) -> str:
         text = (
             f"Its model, by {_by(finest)}, {times}: no looser setting that was tried is as "
             f"accurate as the FMU ({percent(found.relative_error)})."
+        )
+    elif far_better:
+        text = (
+            f"The FMU cannot be compared at equal accuracy: {_name(loosened)} {times} by "
+            f"{_by(loosened)}, whose error is {percent(loosened.relative_error)}, the FMU's "
+            f"{percent(found.relative_error)}; looser settings fail or err more than the FMU. The "
+            f"truth is {_by(finest)}, which {_more(found)}."
         )
     else:
         text = (

@@ -48,8 +48,8 @@ class Planted:
 PLANTED = {
     "inputs count as out of range for one sample too long": Planted(
         "slide_fmu/fmu/runtime/window/stream.c",
-        "behind >= model->predictor.memory_length",
-        "behind > model->predictor.memory_length",
+        "behind >= memory)",
+        "behind > memory)",
         "tests/fmu/test_ranges.py"
         "::test_one_input_out_of_range_counts_until_the_memory_has_lost_it",
     ),

@@ -84,6 +84,25 @@ def test_text_names_solvers_settings_and_errors() -> None:
     )
 
 
+def test_text_says_where_the_model_stays_far_better() -> None:
+    """As one that fails with looser settings."""
+    solved = SolverSetting(
+        model="reference", solver="RK45", setting="rtol = 1e-4", relative_error=1e-4, seconds=0.04
+    )
+    found = SpeedFigures(
+        finest=replace(solved, relative_error=0.0, seconds=0.2),
+        loosened=solved,
+        relative_error=0.02,
+        seconds=0.01,
+        ratio=4.0,
+        can_be_loosened=True,
+        complete=True,
+    )
+    text = speed_text(found)
+    assert text.startswith("The FMU cannot be compared at equal accuracy: its model takes 4 times")
+    assert "whose error is 0.01 %, the FMU's 2 %; looser settings fail" in text
+
+
 def test_text_names_the_model_that_made_the_data() -> None:
     solved = SolverSetting(
         model="model", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04

@@ -4,7 +4,7 @@ The network of the FMU and the companion of its error bound get step and window 
 result is an FMU that ``training.start`` may name::
 
     python training/starts/other_step.py fmus/slider_crank/slider_crank.fmu \
-        training/slider_crank.toml training/starts/slider_crank.fmu
+        training/slider_crank_20ms.toml START.fmu
 
 A state of the known network is a function of the inputs before it. So at any instant it is found
 on samples that end there, which is on one of several shifted grids. At the instants of the new

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import enum
+import fcntl
 import hashlib
 import time
 import weakref
@@ -109,6 +110,17 @@ def repeats(timed: TimedSurrogate, part: Part) -> int:
     return min(MOST_LOOPS, max(1, int(LOOP_SECONDS / seconds)))
 
 
+def _compile(target: str, narrow: bool, path: Path) -> None:
+    objects = [str(file) for file in compile_objects(target)]
+    if narrow:
+        objects = [file for file in objects if Path(file).stem != CHOICE.stem]
+        objects += ["-DSLIDE_ONE_KERNEL", str(CHOICE)]
+    # for this processor: reading is to be as fast as its memory, not as its oldest relative
+    fast = [FAST, "-mcpu=native"]
+    flags = ["-target", target, *fast, *WARNINGS, *CODE, *include_flags(), "-fPIC", "-shared"]
+    run_compiler([*flags, str(SOURCE), *objects, "-lm", "-o", str(path)])
+
+
 @cache
 def _library(narrow: bool) -> ctypes.CDLL:
     """The runtime with ``parts.c``, compiled once for each state of the sources."""
@@ -117,16 +129,11 @@ def _library(narrow: bool) -> ctypes.CDLL:
         digest().encode() + SOURCE.read_bytes() + Path(__file__).read_bytes()
     ).hexdigest()[:16]
     path = BUILD / f"parts-{key}{'-narrow' if narrow else ''}.so"
-    if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        objects = [str(file) for file in compile_objects(target)]
-        if narrow:
-            objects = [file for file in objects if Path(file).stem != CHOICE.stem]
-            objects += ["-DSLIDE_ONE_KERNEL", str(CHOICE)]
-        # for this processor: reading is to be as fast as its memory, not as its oldest relative
-        fast = [FAST, "-mcpu=native"]
-        flags = ["-target", target, *fast, *WARNINGS, *CODE, *include_flags(), "-fPIC", "-shared"]
-        run_compiler([*flags, str(SOURCE), *objects, "-lm", "-o", str(path)])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (BUILD / "tests.lock").open("w") as lock:  # other processes compile the same objects
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not path.is_file():
+            _compile(target, narrow, path)
     library = ctypes.CDLL(str(path))
     library.parts_open.restype = ctypes.c_void_p
     library.parts_memory.restype = ctypes.c_size_t

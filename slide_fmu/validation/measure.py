@@ -100,7 +100,7 @@ def motions_between(validation: Validation, case: Case) -> dict[str, list[Measur
 
     Its own samples alone would show what an FMU gives at multiples of its step, where inputs that
     are held over it are exact. The model starts at rest, so that points count later, by the
-    burn-in. None of a model without a finer step.
+    burn-in. None of a model without a finer step; motions on which it fails are left out.
 
     Returns:
         The motions by the names of their kinds, whose truth has fine steps.

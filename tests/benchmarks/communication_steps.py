@@ -6,7 +6,8 @@
 The motions are unseen ones of the recipe, all kinds together, as in a card. Rows are those of a
 report (``slide_fmu/validation/row.py``): ``width`` is the mean bound over that of the call
 ``known`` at H = h, shares are those after ``error_bound_filled`` = 1. Errors are known at
-communication points that are also samples of the truth. ``step_cost.py`` prints what steps cost.
+communication points that are also samples of the truth, finer ones where inputs are held.
+``step_cost.py`` prints what steps cost.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.validation.calls import ErrorLevels
-from slide_fmu.validation.measure import motions_by_kind
+from slide_fmu.validation.measure import motions_between, motions_by_kind
 from slide_fmu.validation.meter import Calls, Meter
 from slide_fmu.validation.row import ALL, Row
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED, Task
@@ -45,7 +46,8 @@ def rows_of_fmu(fmu: Path, arguments: argparse.Namespace, bar: Stages) -> dict[s
     with unpacked(fmu) as files:
         levels = ErrorLevels(validation.mean, validation.usual_error())
         meter = Meter(files, surrogate, levels)
-        kinds = motions_by_kind(validation)
+        held = surrogate.hold == "zero_order"
+        kinds = (motions_between(validation, case) if held else {}) or motions_by_kind(validation)
         rows = meter.rows_by_kind(IN_RANGE, kinds, [("known", 1.0), *plain])
     every = [row for row in rows if row.inputs == ALL]
     of_known = [output.width for row in every if row.call == "known" for output in row.outputs]

@@ -61,15 +61,18 @@ def test_relative_error_is_the_rms_over_outputs_that_move() -> None:
     assert relative_error(error[:, 1:2], truth[:, 1:2]) == 0.0
 
 
-def test_text_names_solvers_settings_and_errors() -> None:
-    finest = SolverSetting(
-        model="reference", solver="DOP853", setting="rtol = 1e-06", relative_error=0.0, seconds=0.2
-    )
-    loosened = SolverSetting(
-        model="reference", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
-    )
+FINEST = SolverSetting(
+    model="reference", solver="DOP853", setting="rtol = 1e-06", relative_error=0.0, seconds=0.2
+)
+LOOSENED = SolverSetting(
+    model="reference", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
+)
+
+
+def text_of(loosened: SolverSetting) -> str:
+    """What is said of an FMU with an error of 2 %, beside its model at this setting."""
     found = SpeedFigures(
-        finest=finest,
+        finest=FINEST,
         loosened=loosened,
         relative_error=0.02,
         seconds=0.01,
@@ -77,7 +80,11 @@ def test_text_names_solvers_settings_and_errors() -> None:
         can_be_loosened=True,
         complete=True,
     )
-    assert speed_text(found) == (
+    return speed_text(found)
+
+
+def test_text_names_solvers_settings_and_errors() -> None:
+    assert text_of(LOOSENED) == (
         "At equal accuracy its model takes 4 times as long: RK45 with rtol = 1e-4 has an error of "
         "1 %, the FMU 2 %. The truth is DOP853 with rtol = 1e-06, which takes 20 times as long as "
         "the FMU."
@@ -86,34 +93,11 @@ def test_text_names_solvers_settings_and_errors() -> None:
 
 def test_text_says_where_the_model_stays_far_better() -> None:
     """As one that fails with looser settings."""
-    solved = SolverSetting(
-        model="reference", solver="RK45", setting="rtol = 1e-4", relative_error=1e-4, seconds=0.04
-    )
-    found = SpeedFigures(
-        finest=replace(solved, relative_error=0.0, seconds=0.2),
-        loosened=solved,
-        relative_error=0.02,
-        seconds=0.01,
-        ratio=4.0,
-        can_be_loosened=True,
-        complete=True,
-    )
-    text = speed_text(found)
+    text = text_of(replace(LOOSENED, relative_error=1e-4))
     assert text.startswith("The FMU cannot be compared at equal accuracy: its model takes 4 times")
     assert "whose error is 0.01 %, the FMU's 2 %; looser settings fail" in text
 
 
 def test_text_names_the_model_that_made_the_data() -> None:
-    solved = SolverSetting(
-        model="model", solver="RK45", setting="rtol = 1e-4", relative_error=0.01, seconds=0.04
-    )
-    found = SpeedFigures(
-        finest=replace(solved, model="reference", relative_error=0.0),
-        loosened=solved,
-        relative_error=0.02,
-        seconds=0.01,
-        ratio=4.0,
-        can_be_loosened=True,
-        complete=True,
-    )
-    assert "At equal accuracy the model that made its data takes 4 times" in speed_text(found)
+    text = text_of(replace(LOOSENED, model="model"))
+    assert "At equal accuracy the model that made its data takes 4 times" in text

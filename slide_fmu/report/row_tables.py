@@ -57,8 +57,9 @@ ALONE = (IN_RANGE, SMOOTH)
 
 HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
-    "step the importer says so by `inputs_held` = 1. All others act at their own times. At h/4 "
-    "outputs between multiples of h count, too: there the mean of an input over h acts."
+    "step the importer says so by `inputs_held` = 1. All others act at their own times, but jump "
+    "at multiples of h, where an importer sets them. At h/4 outputs between multiples of h count, "
+    "too: there an input that changes within h is known by its mean and by how late this comes."
 )
 """What is measured of an FMU whose inputs are held."""
 

@@ -51,6 +51,8 @@ class Channel:
         times: range of the times for which levels are held, in s.
         speed, acceleration: limits of a motion, in its unit per s and per s^2; None of an input
             that may jump.
+        grid: time in s of which jumps are whole multiples, or None: a held input jumps where an
+            importer sets it, at a communication point.
     """
 
     signals: Axis
@@ -61,6 +63,7 @@ class Channel:
     times: tuple[float, float]
     speed: float | None = None
     acceleration: float | None = None
+    grid: float | None = None
 
     @property
     def turns(self) -> bool:
@@ -114,7 +117,11 @@ def channels_of(recipe: Recipe, system: System, memory: float) -> tuple[Channel,
         slow, fast = frequencies
         if limits[0] is not None:
             slow = min(slow, 2 * math.pi / (SLOWEST * memory))
-        found.append(Channel(axis, low, high, rest, (slow, fast), times, *limits))
+        grid = step if axis[0].hold == "zero_order" else None
+        speed, acceleration = limits
+        found.append(
+            Channel(axis, low, high, rest, (slow, fast), times, speed, acceleration, grid)
+        )
     return tuple(found)
 
 

@@ -175,7 +175,8 @@ def _fast(channel: Channel, rng: np.random.Generator) -> Waveform:
 def _stop(channel: Channel, rng: np.random.Generator) -> Waveform:
     tone, lasts = _tone(channel, rng, SLOW), channel.times[1]
     at = lasts * rng.uniform(1.0, 3.0)
-    return StoppedTone(tone, at, at + lasts * rng.uniform(1.0, 2.0), channel.rest)
+    until = _jump(channel, at + lasts * rng.uniform(1.0, 2.0))
+    return StoppedTone(tone, at, until, channel.rest)
 
 
 def _triangle(channel: Channel, rng: np.random.Generator) -> Waveform:
@@ -218,7 +219,14 @@ def _at_limits(channel: Channel, rng: np.random.Generator) -> Waveform:
 
 def _times(channel: Channel, rng: np.random.Generator, count: int) -> list[float]:
     low, high = np.log(channel.times)
-    return [float(value) for value in np.exp(rng.uniform(low, high, count))]
+    return [_jump(channel, float(value)) for value in np.exp(rng.uniform(low, high, count))]
+
+
+def _jump(channel: Channel, time: float) -> float:
+    """Return the time in s of a jump, or from one to the next, near a time."""
+    if channel.grid is None:
+        return time
+    return max(1, round(time / channel.grid)) * channel.grid
 
 
 OF_INPUTS: dict[str, Drawing] = {

@@ -15,7 +15,8 @@ of its own whose memory is filled before; all take turns, some milliseconds each
 medians over pairs in one round: ``*_over_own_step`` to the same call at H = h, ``*_over_against``
 to the FMU of the same file name in the folder (or the file) ``--against``, each at its own h.
 
-Steps H are given in s or as h, 2h, h/4, h/1.7; ``irregular`` draws every step from h/10 to h.
+Steps H are given in s or as h, 2h, h/4, h/1.7; ``irregular`` draws every step from h/10 to h,
+``mixed`` from h, h/2, h/4, h/5 and h/8.
 """
 
 from __future__ import annotations
@@ -46,9 +47,11 @@ CALLS = ("plain", "known")
 KNOWN, TRUSTED = "inputs_at_step_end", "trusted"
 COSTLY = ("_error_estimate", "_error_bound")
 """Ends of the names of variables that tell the error of an output."""
-STEPS = "h,2h,h/2,h/4,h/8,0.001,0.01,irregular"
-IRREGULAR, LEAST = "irregular", 0.1
+STEPS = "h,2h,h/2,h/4,h/8,0.001,0.01,irregular,mixed"
+IRREGULAR, MIXED, LEAST = "irregular", "mixed", 0.1
 """Irregular steps are at least this part of h."""
+PARTS = (1, 2, 4, 5, 8)
+"""Of h, of which mixed steps are drawn."""
 TURN, FEWEST, MOST = 3e-3, 128, 2000
 """Seconds of a turn, and limits of the number of its steps; 1 ms has 125 phases in 31.25 ms."""
 UNTIMED = 32
@@ -98,12 +101,12 @@ class Variant:
 
 
 def length_of(step: str, own: float) -> float | None:
-    """The communication step in s of an FMU whose own is given; None if it is irregular.
+    """The communication step in s of an FMU whose own is given; None if steps are drawn.
 
     Raises:
         ValueError: it is neither seconds nor a multiple or a part of h.
     """
-    if step == IRREGULAR:
+    if step in (IRREGULAR, MIXED):
         return None
     found = re.fullmatch(r"([\d.]*)h(?:/([\d.]+))?", step)
     if found is not None:
@@ -112,7 +115,8 @@ def length_of(step: str, own: float) -> float | None:
         return float(step)
     except ValueError:
         raise ValueError(
-            f"communication step {step!r}; expected seconds, {IRREGULAR}, or such as h, 2h, h/4"
+            f"communication step {step!r}; "
+            f"expected seconds, {IRREGULAR}, {MIXED}, or such as h, 2h, h/4"
         ) from None
 
 
@@ -163,7 +167,9 @@ class Stepper:
 
     def _next(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Times and lengths in s of the next steps, and the inputs that are set before them."""
-        if self.length is None:
+        if self._variant.step == MIXED:
+            lengths = self._own / self._rng.choice(PARTS, count)
+        elif self.length is None:
             lengths = self._own * self._rng.uniform(LEAST, 1.0, count)
         else:
             lengths = np.full(count, self.length)

@@ -26,14 +26,23 @@ FASTEST = 20.0
 
 @pytest.mark.parametrize(
     ("step", "seconds"),
-    [("h", OWN), ("2h", 2 * OWN), ("h/4", OWN / 4), ("0.001", 0.001), ("irregular", None)],
+    [
+        ("h", OWN),
+        ("2h", 2 * OWN),
+        ("h/4", OWN / 4),
+        ("0.001", 0.001),
+        ("irregular", None),
+        ("mixed", None),
+    ],
 )
 def test_communication_steps_are_read_as_the_command_says(step: str, seconds: float) -> None:
     assert length_of(step, OWN) == (None if seconds is None else pytest.approx(seconds))
 
 
 def test_communication_step_that_is_none_is_rejected_with_what_is_expected() -> None:
-    with pytest.raises(ValueError, match="'k/4'; expected seconds, irregular, or such as h"):
+    with pytest.raises(
+        ValueError, match="'k/4'; expected seconds, irregular, mixed, or such as h"
+    ):
         length_of("k/4", OWN)
 
 

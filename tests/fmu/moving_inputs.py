@@ -16,7 +16,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.plain import SLACK, Resampling, plain_arc, plain_moved
+from tests.fmu.plain import SLACK, Resampling, plain_arc, plain_moved, spread
 from tests.fmu.samples import forecast_of
 
 
@@ -320,10 +320,11 @@ class Moving(Resampling):
             return turned(after[index : index + 2], change)
         return (after[index] + change,)
 
-    def _held(self, begin: float, end: float) -> FloatArray:
-        """What must be held to have the effect of the inputs between two times."""
+    def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """What must be held to have the effect of the inputs between two times; and of those that
+        do not move smoothly, how much later than their mean they come."""
         slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
-        found = np.array(self.rows[first])
+        found, moments = np.array(self.rows[first]), np.zeros(len(self.rows[first]))
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "cosine" and self.ways[first][i] != HELD:
                 z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
@@ -331,24 +332,29 @@ class Moving(Resampling):
                 found[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
             if signal.angle is not None:
                 continue
-            mean, all_move, step, at = 0.0, True, first, begin
+            mean, moment, all_move, step, at = 0.0, 0.0, True, first, begin
             while at < end - slack:
                 last = step + 1 == len(self.rows)
                 to = end if last else min(self._end(step)[0], end)
-                value = self.rows[step][i]
+                value, rise = self.rows[step][i], 0.0
                 if self.ways[step][i] != HELD:
                     stop, after = self._end(step)
                     part = (0.5 * (at + to) - self.begins[step]) / (stop - self.begins[step])
+                    rise = (after[i] - value) * (to - at) / (stop - self.begins[step])
                     value += min(max(part, 0.0), 1.0) * (after[i] - value)
                 else:
                     all_move = False
-                mean += (to - at) / (end - begin) * value
+                share = (to - at) / (end - begin)
+                mean += share * value
+                moment += share * value * (at + to - begin - end) / (end - begin) / 2
+                moment += share**2 * rise / 12
                 at, step = to, step + (not last)
-            found[i] = mean
-            if all_move and not self.known:
-                held = self._held_for(first, i, begin, end)
-                found[i] = mean if held is None else held
-        return found
+            found[i], moments[i] = mean, moment
+            smooth = all_move and not self.known
+            held = self._held_for(first, i, begin, end) if smooth else None
+            if held is not None:
+                found[i], moments[i] = held, 0.0
+        return found, moments
 
     def _held_for(self, first: int, index: int, begin: float, end: float) -> float | None:
         """Of an input that moves in all of a sample: by the Taylor series of x / sin(x); None
@@ -369,19 +375,22 @@ class Moving(Resampling):
         else:
             before = at(begin - h / 2 * np.arange(7))
             bends = [abs(np.dot(second, before[k : k + 3])) for k in (0, 2, 4)]
-            smooth = abs(bend) <= 2 * max(bends)
+            smooth = abs(bend) <= 2 * max(*bends, 1e-5 * abs(values[-1] - values[0]))
         return float(values[2] + correction) if smooth else None
 
-    def sample(self, end: float) -> FloatArray:
-        """The sample of the inputs that ends at a time."""
-        return (
-            self.at(end) if self.first_order else self._held(end - self.surrogate.window.step, end)
-        )
+    def samples_until(self, time: float, count: int) -> FloatArray:
+        """The samples of the inputs, (count, n_inputs), oldest first, until one ends at a time."""
+        h = self.surrogate.window.step
+        ends = time - h * np.arange(count, -1, -1)
+        if self.first_order:
+            return np.array([self.at(end) for end in ends[1:]])
+        found = [self._held(end - h, end) for end in ends]
+        rows, moments = (np.array(one) for one in zip(*found, strict=True))
+        return spread(rows[1:], moments)
 
     def samples(self, count: int) -> FloatArray:
         """The newest samples of the inputs, (count, n_inputs), oldest first."""
-        h = self.surrogate.window.step
-        return np.array([self.sample(self.now - h * age) for age in range(count - 1, -1, -1)])
+        return self.samples_until(self.now, count)
 
 
 def moving_inputs(surrogate: Surrogate, count: int, seed: int = 0) -> FloatArray:

@@ -13,7 +13,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import n_phases
 from tests.fmu.moving_inputs import Moving
-from tests.fmu.plain import plain_features, plain_layers, plain_pair
+from tests.fmu.plain import UNSETTLED, plain_features, plain_layers, plain_pair
 
 NEAR = 1e-5
 """Of times in samples."""
@@ -72,23 +72,28 @@ class PlainPhases:
     def _reach(self, time: float, begin: float) -> Phase:
         n_in, n_ahead = self.surrogate.window.n_in, max(math.ceil(time - begin - NEAR), 0)
         n_open = 0 if self.inputs.known else n_ahead
+        unsettled = 0 if self.inputs.first_order else UNSETTLED
+        if unsettled > 0:
+            n_open = max(n_open + unsettled - 1, unsettled)
         for phase in self._phases:
             if abs((time - phase.end + 0.5) % 1 - 0.5) < 2 * NEAR:
-                if round(time - phase.known_end) <= n_in:
+                if round(time - phase.known_end) <= n_in + unsettled:
                     return self._go_on(phase, time, n_open)
                 self._phases.remove(phase)
                 break
         if len(self._phases) == 10:
             self._phases.remove(min(self._phases, key=lambda phase: phase.age))
-        if time <= n_in + NEAR:
-            settled = 2 * self.surrogate.network.n_samples
-            phase = Phase(time - math.ceil(time - NEAR), settled - self._first_is_held)
+        if time <= n_in + NEAR + (unsettled > 0):
+            settled = 2 * self.surrogate.network.n_samples - max(unsettled - 1, 0)
+            earlier = math.ceil(time - NEAR) + max(unsettled - 1, 0)
+            phase = Phase(time - earlier, settled - self._first_is_held)
         else:
-            lasts = n_open <= n_in  # else it has seen nothing that stays
-            n_open = n_open if lasts else 0
+            ahead = 0 if self.inputs.known else n_ahead
+            lasts = ahead <= n_in  # else it has seen nothing that stays
+            n_open, late = (n_open, ahead) if lasts else (0, 0)
             phase = Phase(time if lasts else math.nan, n_open=n_open, errors=self._errors)
-            count = 3 + self.surrogate.network.n_samples + n_open
-            phase.samples = [self._sample(time - age) for age in range(count - 1, -1, -1)]
+            count = 3 + max(self.surrogate.network.n_samples + late, n_open)
+            phase.samples = self._samples(time, count)
         self._phases.append(phase)
         return phase if phase.samples else self._go_on(phase, time, n_open)
 
@@ -97,14 +102,14 @@ class PlainPhases:
         """The sample of the first inputs is one of those that settle."""
         return self.inputs.known or not self.inputs.first_order
 
-    def _sample(self, end: float) -> FloatArray:
-        return self.inputs.sample(end * self.surrogate.window.step)
+    def _samples(self, end: float, count: int) -> list[FloatArray]:
+        return list(self.inputs.samples_until(end * self.surrogate.window.step, count))
 
     def _go_on(self, phase: Phase, time: float, n_open: int) -> Phase:
         del phase.samples[len(phase.samples) - phase.n_open :]
         count = round(time - phase.known_end)
-        phase.samples += [self._sample(time - age) for age in range(count - 1, -1, -1)]
-        phase.end, phase.n_open = time, n_open
+        phase.samples += self._samples(time, count)
+        phase.end, phase.n_open = time, min(n_open, count)
         return phase
 
     def _results(self, phase: Phase) -> tuple[FloatArray, FloatArray]:

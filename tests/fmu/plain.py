@@ -157,6 +157,30 @@ def plain_moved(
     return np.asarray(moved)
 
 
+UNSETTLED = 3
+"""Newest samples of held inputs that following ones may change."""
+
+
+def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
+    """Samples of held inputs: a change within one of them is felt in those beside it.
+
+    Args:
+        means: of the samples, (count, n_inputs), oldest first.
+        moments: mean of (u - mean) (t - middle) / h, of these and of one before, (count + 1,
+            n_inputs).
+    """
+    samples, count = np.array(means, dtype=np.float64), len(means)
+    for k, moment in enumerate(moments):
+        age = count - k
+        shares = {age - 1: 0.5, age + 1: -0.5}
+        if age == 0:
+            shares = {0: 1.5, 1: -2.0, 2: 0.5}
+        for target, share in shares.items():
+            if 0 <= target < count:
+                samples[count - 1 - target] += share * moment
+    return samples
+
+
 class Resampling:
     """The exact window at the end of communication steps of any length. Final.
 
@@ -170,6 +194,17 @@ class Resampling:
         self.surrogate = surrogate
         self.lengths: list[float] = []
         self.inputs: list[FloatArray] = []
+
+    def _moment_from(self, begin: float) -> FloatArray:
+        """How much later than their mean held inputs come in a sample from a time on."""
+        step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
+        starts = ends - self.lengths
+        low, high = np.maximum(starts, begin), np.minimum(ends, begin + step)
+        shares = np.where(high - low > SLACK * step, (high - low) / step, 0.0)
+        lateness = ((low + high) / 2 - begin - step / 2) / step
+        moment = (shares * lateness) @ (np.array(self.inputs) - self.inputs[0])
+        moment[[k for k, signal in enumerate(self.surrogate.inputs) if signal.angle]] = 0
+        return np.asarray(moment)
 
     def input_from(self, begin: float) -> FloatArray:
         """The sample that acts for one h from a time on; the first step begins at 0.
@@ -220,8 +255,13 @@ class Resampling:
 
     def samples(self, count: int) -> FloatArray:
         """The newest samples of the inputs, (count, n_inputs), oldest first."""
-        begins = sum(self.lengths) - self.surrogate.window.step * np.arange(count, 0, -1)
-        return np.array([self.input_from(begin) for begin in begins])
+        h = self.surrogate.window.step
+        begins = sum(self.lengths) - h * np.arange(count + 1, 0, -1)
+        rows = np.array([self.input_from(begin) for begin in begins[1:]])
+        if self.surrogate.hold == "first_order":
+            return rows
+        moments = np.array([self._moment_from(begin) for begin in begins])
+        return spread(rows, moments)
 
     def _scaled(self, count: int) -> FloatArray:
         scaling = self.surrogate.input_scaling
@@ -267,6 +307,13 @@ class Resampling:
             for more in range(network.n_samples)
         ]
         newest = np.array(values)[:, -len(surrogate.outputs) :]
+        return newest * surrogate.output_scaling.scale + surrogate.output_scaling.offset
+
+    def before(self, age: int) -> FloatArray:
+        """The outputs so many samples ago, by what is known of the inputs now."""
+        surrogate, count = self.surrogate, self.surrogate.window.n_in + 3
+        values = self._values(surrogate.network, self._scaled(count + age)[:-age], 1)
+        newest = values[0, -len(surrogate.outputs) :]
         return newest * surrogate.output_scaling.scale + surrogate.output_scaling.offset
 
     def step(

@@ -20,6 +20,7 @@ from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.moving_inputs import Moving
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
+from tests.fmu.plain import UNSETTLED, spread
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
 from tests.fmu.test_estimates import PATTERNS
 from tests.marks import essential
@@ -54,6 +55,10 @@ NAMES = (*SHAPES, *OF_NETWORKS)
 DUFFING = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
 BLOCKS = (2, 5)
 TOLERANCE = 1e-4
+
+DOUBT = 0.5
+"""So much more of what samples give each other does the companion see."""
+
 """Of bounds and novelty, relative to themselves: logarithms magnify rounding where surrogate and
 companion nearly agree."""
 
@@ -277,15 +282,14 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
         native.step(*row)
     native.set(*rows[-1])  # the half step goes on with the last input
     assert native.do_step(native.time(), STEP / 2) == OK
-    count = surrogate.memory_length
+    count = surrogate.memory_length + UNSETTLED
     ages = np.clip(np.arange(count, -1, -1), 1, 90)
-    taken = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
-    late = 0.75 * (
-        rows[-ages[1:]] - rows[-ages[:-1]]
-    )  # six times the moment: the companion's doubt
+    means = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
+    moments = (rows[-ages[1:]] - rows[-ages[:-1]]) / 8
+    taken = spread(means, np.concatenate([0 * moments[:1], moments]))
     scaled, others = (
         surrogate.input_scaling.apply(np.concatenate([some[:1], some]))[None]
-        for some in (taken, taken + late)
+        for some in (taken, taken + DOUBT * (taken - means))
     )
     network = surrogate.network
     assert isinstance(network, StateSpace)

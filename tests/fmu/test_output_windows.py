@@ -20,6 +20,7 @@ from tests.fmu.any_step import FORGETFUL, LASTING, drawn
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.places import first_of
+from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
@@ -87,11 +88,11 @@ def test_output_window_after_a_step_off_the_grid_ends_with_the_step(load: Load) 
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, n_out=3)
     surrogate = random_surrogate(shape)
     native = instance_of(load(surrogate)).start()
-    rows = drawn(40, 2)
+    rows, oracle = drawn(40, 2), Resampling(surrogate)
     for k, row in enumerate(rows):
         assert native.set(*row) == native.do_step(0.5 * k * STEP, 0.5 * STEP) == OK
-    means = (rows[::2] + rows[1::2]) / 2  # of the samples, which have two steps each
-    expected = surrogate.predict_windows(means[None, -surrogate.window.n_in :])[0]
+        oracle.append(0.5 * STEP, row)
+    expected = surrogate.predict_windows(oracle.samples(surrogate.window.n_in)[None])[0]
     np.testing.assert_allclose(windows(native, surrogate), expected, rtol=0, atol=1e-4)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -65,6 +66,21 @@ def test_inputs_keep_their_ranges_and_the_limits_of_motions(
 def test_switches_reach_both_limits() -> None:
     made = OF_INPUTS["switches between the limits"](FORCE, np.random.default_rng(0))
     assert set(made(TIME)) == {-300.0, 1000.0}
+
+
+@pytest.mark.parametrize(
+    "kind", ["steps", "switches between the limits", "a slow sine that stops, then a release"]
+)
+def test_held_inputs_jump_where_an_importer_sets_them(kind: str) -> None:
+    """At multiples of the sample step; others at any time."""
+    times = STEP / 10 * np.arange(200_000)
+    for grid in (STEP, None):
+        channel, jumps = dataclasses.replace(FORCE, grid=grid), []
+        for seed in range(8):
+            values = OF_INPUTS[kind](channel, np.random.default_rng(seed))(times)
+            jumps += (1 + np.flatnonzero(np.abs(np.diff(values)) > 60)).tolist()
+        assert len(jumps) > 3
+        assert all(jump % 10 == 0 for jump in jumps) == (grid is not None)
 
 
 def test_angles_are_given_by_cosine_and_sine_of_their_length() -> None:

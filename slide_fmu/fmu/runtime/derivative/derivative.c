@@ -50,13 +50,14 @@ static bool were_told(const SlideModel *model, const SlideState *state) {
 }
 
 /* Newest samples that end after the last communication point, or the one before it, where its inputs
- * are what the step before it ends with. */
+ * are what the step before it ends with; and those that they change. */
 static uint64_t n_moved_of(const SlideModel *model, const SlideState *state) {
     const SlideHead *head = state->head;
     const bool apart = head->known != 0 && !were_told(model, state);
     const double before = apart ? 0 : fmax(head->length_before, model->step);
     const double time = head->last_length + before;
-    const double samples = ceil(time / model->step - SLACK);
+    const double spread = model->n_unsettled > 0 ? SLIDE_SPREAD : 0;
+    const double samples = ceil(time / model->step - SLACK) + spread;
     return samples < model->n_redone ? (uint64_t)samples : model->n_redone;
 }
 
@@ -164,9 +165,10 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
         replay.n_moved = state->head->n_since;
         replay.anew = state->head->moved != 0 || replay.n_moved == 0;
         replay.n_moved = replay.anew ? model->n_redone : replay.n_moved;
-        /* the first sample counts as settled, too, where it is held */
+        /* the first sample counts as settled, too, where it is held, and those it may change */
         replay.n_taken -= !replay.anew && !slide_stream_forecasts(model, state);
-    } else if (state->head->n_phases == 0 || looked > 0) {
+        replay.n_taken -= !replay.anew && model->n_unsettled > 0 ? SLIDE_SPREAD : 0;
+    } else if (state->head->between || looked > 0) {
         /* what networks have seen ends at other times, or all was read from the history */
         replay.n_moved = model->n_redone;
         replay.n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;

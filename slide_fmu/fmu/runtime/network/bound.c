@@ -59,7 +59,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
     bound->n_seen = n_seen;
     bound->n_expected = payload->has_estimator ? n_outputs : 0;
     /* Besides those of the means, as many as a step that is only forecast may take in. */
-    bound->n_predicted = slide_power_of_two(means_over + payload->n_in);
+    bound->n_predicted = slide_power_of_two(means_over + payload->n_in + SLIDE_UNSETTLED);
     bound->of_short = (SlideBlocksShape){block, n_outputs};
     bound->of_long = (SlideBlocksShape){longer, n_outputs};
     bound->of_seen = (SlideBlocksShape){longer, n_seen};

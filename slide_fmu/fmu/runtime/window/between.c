@@ -1,7 +1,6 @@
 #include "between.h"
 
 #include "phases.h"
-#include "ranges.h"
 #include "sampling.h"
 
 #include <math.h>
@@ -11,9 +10,15 @@ enum {
     N_GRID = 5   /* phases in a sample step, of which these are some */
 };
 
-bool slide_between_serves(const SlideModel *model, const SlideState *state) {
-    return state->head->n_phases == 0 && model->n_phases >= N_GRID &&
-           slide_is_recurrent(model->predictor.family);
+bool slide_between_serves(const SlideModel *model, SlideState *state) {
+    const SlideHead *head = state->head;
+    if (model->n_phases < N_GRID || !slide_is_recurrent(model->predictor.family)) {
+        return false;
+    }
+    const double n_samples = head->last_length / model->step; /* that each node goes on by */
+    return head->n_phases == 0 ||
+           (head->credit < 1 && N_GRID * n_samples < model->predictor.n_samples &&
+            !slide_phases_have(model, state, slide_clock_time(&head->inner)));
 }
 
 /* Of the polynomial through the nodes -1, 0, 1, 2, at a place from 0 to 1. */
@@ -38,8 +43,8 @@ bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *pla
             return false;
         }
     }
-    slide_sample(model, state, 1 + SLIDE_BEFORE, 0);
-    if (!slide_in_range(model->taken, model->n_inputs, model->cosine)) {
+    slide_sample_newest(model, state);
+    if (model->strays[0]) {
         state->head->outside = now;
     }
     for (size_t i = 0; i < model->n_outputs; ++i) {

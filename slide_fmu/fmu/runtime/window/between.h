@@ -4,9 +4,10 @@
 
 #include "state.h"
 
-/* Do steps of this length come through too many phases, and are there enough of them to interpolate,
- * by a network whose state tells what it has seen? */
-bool slide_between_serves(const SlideModel *model, const SlideState *state);
+/* Are outputs at the present to be interpolated? Where steps of the last length come through too many
+ * phases; or where no phase leads here and too many took in all their samples anew, as under steps of
+ * many lengths. By a network whose state tells what it has seen, and if there are phases enough. */
+bool slide_between_serves(const SlideModel *model, SlideState *state);
 
 /* Outputs at the present, scaled, to outputs [n_outputs]: with the sample that ends now, evaluated
  * after what networks had seen a sample step ago; that is interpolated, by a cubic, between phases that

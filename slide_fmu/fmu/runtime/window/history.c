@@ -10,6 +10,9 @@ static const double SLACK = 1e-6; /* in sample steps */
 /* Largest ratio of the fourth to the second order of a smooth input; of a sine it is 0.03 (w h)^2. */
 static const double SMOOTH = 0.25;
 
+/* Of what an input changes by in a sample: a straight line bends so much by rounding. */
+static const double SLIGHT = 1e-5;
+
 enum {
     N_CURVE = 4, /* points of the polynomial between two of them */
     N_BENDS = 3  /* samples before one that show how much an input bends */
@@ -359,7 +362,7 @@ static double moving_at(const SlideReader *reader, size_t input, double time) {
 /* How an input goes over a sample. */
 typedef struct {
     double mean;    /* over time, linear where it moves */
-    double moment;  /* how much later than the mean it comes: the mean of (u - mean) (t - middle) / h */
+    double moment;  /* SlideActing.moments */
     bool all_moves; /* does it move in all of the sample? */
 } Course;
 
@@ -371,17 +374,20 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
     for (double from = begin; from < end - slack;) {
         const bool last = part.at + 1 == *part.history->count;
         const double to = last ? end : fmin(end_of(&part), end), now = step_read(&part)[1 + input];
-        double value = now;
+        double value = now, rise = 0;
         if (has_moved(&part, part.at, input)) {
-            const double left = 1 - (0.5 * (from + to) - part.begin) / step_read(&part)[0];
+            const double length = step_read(&part)[0];
+            const double left = 1 - (0.5 * (from + to) - part.begin) / length;
             const double after = inputs_after(&part, part.at)[input];
             value = after - within(left, 0, 1) * (after - now);
+            rise = (after - now) * (to - from) / length;
         } else {
             course.all_moves = false;
         }
         const double share = (to - from) / (end - begin);
         course.mean += share * value;
         course.moment += share * value * (0.5 * (from + to) - middle) / (end - begin);
+        course.moment += share * share * rise / 12;
         from = to;
         if (!last) {
             part.begin = end_of(&part);
@@ -394,9 +400,9 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
 /* Does an input bend in a sample no more than twice as much as in those before? Else it may have a
  * kink. */
 static bool bends_on(const SlideReader *reader, size_t input, double begin, double end,
-                     double bend) {
+                     double bend, double rise) {
     const double half = 0.5 * (end - begin);
-    double after = moving_at(reader, input, begin), most = 0;
+    double after = moving_at(reader, input, begin), most = SLIGHT * fabs(rise);
     for (int age = 1; age <= N_BENDS; ++age) {
         const double middle = moving_at(reader, input, begin - (2 * age - 1) * half);
         const double before = moving_at(reader, input, begin - 2 * age * half);
@@ -409,15 +415,15 @@ static bool bends_on(const SlideReader *reader, size_t input, double begin, doub
 /* What must be held for a sample to have the effect of an input that moves in all of it. A hold makes
  * a sine of the angular frequency w smaller by sin(x) / x, x = w h / 2; so what is held is the Taylor
  * series of x / sin(x) in derivatives at the middle: u - h^2 / 24 u_2 + 7 h^4 / 5760 u_4. The last term
- * only where four steps show it. Of an input that is not so smooth, the mean is held. */
-static double held_for(const SlideReader *reader, size_t input, double begin, double end,
-                       double mean, double *corrected) {
+ * only where four steps show it. False where an input is not so smooth. */
+static bool held_for(const SlideReader *reader, size_t input, double begin, double end, double *held,
+                     double *corrected) {
     const double quarter = 0.25 * (end - begin);
     const double first = moving_at(reader, input, begin), last = moving_at(reader, input, end);
     const double middle = moving_at(reader, input, begin + 2 * quarter);
     const double bend = first - 2 * middle + last;
     double correction = -bend / 6;
-    bool smooth = bends_on(reader, input, begin, end, bend);
+    bool smooth = bends_on(reader, input, begin, end, bend, last - first);
     if (step_read(reader)[0] <= quarter + reader->shape->slack) {
         const double before = moving_at(reader, input, begin + quarter);
         const double after = moving_at(reader, input, end - quarter);
@@ -426,28 +432,30 @@ static double held_for(const SlideReader *reader, size_t input, double begin, do
         smooth = fabs(fourth) <= SMOOTH * fabs(second);
         correction = smooth ? fourth - second : correction;
     }
-    *corrected = smooth ? correction : middle + correction - mean;
-    return smooth ? middle + correction : mean;
+    *held = middle + correction;
+    *corrected = correction;
+    return smooth;
 }
 
-/* A mean comes at another time than what it stands for. How much that matters depends on the system; a
- * line with the same moment ends so far from its middle. */
-static const double LATE = 6.0;
-
-static double sample_of(const SlideReader *reader, size_t input, double begin, double end,
-                        double *corrected) {
+static void sample_of(const SlideReader *reader, size_t input, double begin, double end,
+                      const SlideActing *acting) {
     const Course course = course_of(reader, input, begin, end);
-    if (course.all_moves && !reader->straight) {
-        return held_for(reader, input, begin, end, course.mean, corrected);
+    double held, corrected;
+    if (course.all_moves && !reader->straight &&
+        held_for(reader, input, begin, end, &held, &corrected)) {
+        acting->inputs[input] = held;
+        acting->corrected[input] = corrected;
+    } else {
+        acting->inputs[input] = course.mean;
+        acting->moments[input] = course.moment;
     }
-    *corrected = LATE * course.moment;
-    return course.mean;
 }
 
 /* Inputs of which some steps may move. */
-static void sample_held(SlideReader *reader, double begin, double end, double *inputs,
-                        double *corrected) {
+static void sample_held(SlideReader *reader, double begin, double end,
+                        const SlideActing *acting) {
     const SlideHistoryShape *shape = reader->shape;
+    double *inputs = acting->inputs;
     seek(reader, begin + shape->slack);
     const double *now = step_read(reader) + 1;
     if (end_of(reader) >= end - shape->slack) { /* one step, mostly held */
@@ -464,17 +472,18 @@ static void sample_held(SlideReader *reader, double begin, double end, double *i
             }
             ++i;
         } else if (moves || end_of(reader) < end - shape->slack) {
-            inputs[i] = sample_of(reader, i, begin, end, corrected + i);
+            sample_of(reader, i, begin, end, acting);
         }
     }
 }
 
-void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs,
-                          double *corrected) {
-    memset(corrected, 0, reader->shape->n_inputs * sizeof *corrected);
+void slide_history_sample(SlideReader *reader, double begin, double end, const SlideActing *acting) {
+    const size_t row = reader->shape->n_inputs * sizeof(double);
+    memset(acting->corrected, 0, row);
+    memset(acting->moments, 0, row);
     if (reader->shape->first_order) {
-        slide_history_at(reader, end, inputs);
+        slide_history_at(reader, end, acting->inputs);
     } else {
-        sample_held(reader, begin, end, inputs, corrected);
+        sample_held(reader, begin, end, acting);
     }
 }

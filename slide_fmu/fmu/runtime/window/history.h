@@ -112,13 +112,20 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * the first step: its inputs. Times may only rise from call to call. */
 void slide_history_at(SlideReader *reader, double time, double *inputs);
 
+/* What acts on the networks in a sample, [n_inputs] each. */
+typedef struct {
+    double *inputs;    /* physical */
+    double *corrected; /* how much of it is a correction of an input that moves smoothly; else 0 */
+    double *moments;   /* of others, the mean of (u - mean) (t - middle) / h over the sample: how much
+                          later than their mean they come; else 0 */
+} SlideActing;
+
 /* The sample that acts from a time before the present (s, negative) for a sample step. With
  * first_order: the inputs at its end. Else what must be held for a sample step to have the effect
  * of the inputs in it: of held ones the mean over time, of a director the one at the begin; of those
  * that move smoothly the value in the middle, and what a hold loses of it: with u at begin, middle and
- * end (8 u_middle - u_begin - u_end) / 6, and the next order where there are steps enough; corrected
- * [n_inputs] by how much, and of a mean by how much it may be wrong, else 0. Times may only rise. */
-void slide_history_sample(SlideReader *reader, double begin, double end, double *inputs,
-                          double *corrected);
+ * end (8 u_middle - u_begin - u_end) / 6, and the next order where there are steps enough. Times may
+ * only rise. */
+void slide_history_sample(SlideReader *reader, double begin, double end, const SlideActing *acting);
 
 #endif

@@ -44,12 +44,14 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
         longest = lengths[i] > longest ? lengths[i] : longest;
     }
     model->memory_length = (uint32_t)longest + SLIDE_BEFORE;
-    model->n_redone = model->memory_length + payload->n_in;
+    model->n_unsettled = payload->first_order ? 0 : SLIDE_UNSETTLED;
+    model->most_open = payload->n_in + model->n_unsettled;
+    model->n_redone = model->memory_length + model->most_open;
     model->n_phases =
         steps_per_sample < SLIDE_MOST_PHASES ? steps_per_sample : SLIDE_MOST_PHASES;
     /* one that fails may have taken in as many again */
     model->samples = (SlideSamplesShape){payload->n_inputs,
-                                         slide_power_of_two(model->n_redone + payload->n_in)};
+                                         slide_power_of_two(model->n_redone + model->most_open)};
     const bool apart = model->bound.memory_length > 0 && !payload->first_order;
     model->others = (SlideSamplesShape){payload->n_inputs, apart ? model->samples.capacity : 0};
     model->history =
@@ -67,13 +69,14 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     undo->told = slide_place(arena, model->n_inputs, sizeof *undo->told);
     undo->moved = slide_place(arena, model->n_inputs, 1);
     undo->forecast = slide_place(arena, model->n_outputs, sizeof(double));
+    undo->revised = slide_place(arena, model->n_outputs, sizeof(double));
     undo->acting = slide_place(arena, model->parameters.count, sizeof(double));
     undo->since = slide_place(arena, model->n_phases + 1, sizeof(double));
     undo->start_used = slide_place(arena, 1, sizeof *undo->start_used);
     undo->seen = slide_place(arena, 1, sizeof *undo->seen);
     undo->count = slide_place(arena, 3, sizeof *undo->count);
-    undo->open = slide_place(arena, model->n_in, row);
-    undo->others = slide_place(arena, model->others.capacity > 0 ? model->n_in : 0, row);
+    undo->open = slide_place(arena, model->most_open, row);
+    undo->others = slide_place(arena, model->others.capacity > 0 ? model->most_open : 0, row);
 }
 
 void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,
@@ -102,6 +105,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone : 0,
                                       payload->n_inputs * sizeof(double));
     model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
+    model->moments = slide_place(arena, model->n_redone + 1, payload->n_inputs * sizeof(double));
+    model->strays = slide_place(arena, model->n_redone, sizeof *model->strays);
     model->given = slide_place(arena, payload->n_outputs, sizeof(float));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     memcpy(model->guid, payload->guid, sizeof model->guid);

@@ -23,8 +23,9 @@ typedef struct SlideSeenHead {
     uint64_t used;    /* number of the communication step that needed it last; 0: it is empty */
     uint64_t strayed; /* number of the sample after the newest one that was out of range; or 0 */
     uint64_t strayed_known; /* the same before the open samples */
-    uint64_t n_open;  /* newest samples that end after the last communication point: what they hold
-                         is not all known yet, so they are taken back */
+    uint64_t strayed_later[SLIDE_SPREAD]; /* before a sample of a number, in place number % SLIDE_SPREAD */
+    uint64_t n_open;  /* newest samples of which not all is known yet, so that they are taken back: they
+                         end after the last communication point, or what follows changes them */
 } SlideSeenHead;
 
 typedef struct {
@@ -39,13 +40,14 @@ typedef struct {
     bool *told;               /* [n_inputs], SlideBeforeStep.told */
     unsigned char *moved;     /* [n_inputs], SlideBeforeStep.moved */
     double *forecast;         /* [n_outputs], SlideAhead.forecast */
+    double *revised;          /* [n_outputs], SlideSeen.revised of the phase that went on */
     double *acting;           /* [parameters.count], SlideState.acting */
     double *since;            /* [n_phases + 1], SlideSeenHead.since */
     uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
     uint64_t *count;            /* [3], its samples, its place, and how many phases went on */
-    double *others;             /* [n_in][n_inputs], the same as the companion sees them */
-    double *open;               /* [n_in][n_inputs], its open samples, scaled, oldest first */
+    double *others;             /* [most_open][n_inputs], the same as the companion sees them */
+    double *open;               /* [most_open][n_inputs], its open samples, scaled, oldest first */
 } SlideUndo;
 
 typedef struct {
@@ -54,6 +56,8 @@ typedef struct {
     uint32_t n_in;      /* samples of the window */
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
+    uint32_t n_unsettled;   /* newest samples that following ones may change: of held inputs */
+    uint32_t most_open;     /* samples that are taken back */
     uint32_t n_redone;      /* samples that a step may take in, and those that results depend on
                                before these */
     uint32_t n_phases;      /* phases of time of which it is kept what networks have seen */
@@ -73,7 +77,9 @@ typedef struct {
     double *output_ranges; /* [n_outputs][low, high] in the training, physical */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     SlideUndo undo;    /* scratch: what a step that fails takes back */
-    double *corrected; /* scratch [n_inputs], of a sample, see slide_history_sample */
+    double *corrected; /* scratch [n_inputs], of a sample, see SlideActing */
+    double *moments;   /* scratch [n_redone + 1][n_inputs], the same, newest first */
+    bool *strays;      /* scratch [n_redone], does a sample in taken stray from the training? */
     double *others_taken; /* scratch as taken, of bounds of held inputs: what the companion sees */
     double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */

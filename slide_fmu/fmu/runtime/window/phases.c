@@ -61,8 +61,17 @@ static double samples_between(const SlideModel *model, double from, double to) {
     return nearbyint((to - from) / model->step);
 }
 
+/* Samples that are open, where so many of the newest end after the last communication point. */
+static uint64_t n_open_of(const SlideModel *model, uint64_t n_ahead) {
+    const uint64_t with_spread = n_ahead + SLIDE_SPREAD;
+    if (model->n_unsettled == 0) {
+        return n_ahead;
+    }
+    return with_spread > model->n_unsettled ? with_spread : model->n_unsettled;
+}
+
 /* Samples until a time that end after the last communication point. */
-static uint64_t n_open_at(const SlideModel *model, const SlideState *state, double time) {
+static uint64_t n_ahead_at(const SlideModel *model, const SlideState *state, double time) {
     const bool told = state->head->moved != 0 && !model->history.first_order;
     if (state->head->known != 0 && !told) {
         return 0; /* what was set is all; but what is set next may not lie where derivatives lead */
@@ -72,64 +81,63 @@ static uint64_t n_open_at(const SlideModel *model, const SlideState *state, doub
     return samples <= model->n_in ? (uint64_t)samples : model->n_in + 1;
 }
 
-/* How far forecasts of the inputs were off in the outputs. */
-static void judge(const SlideModel *model, SlideState *state, const float *given,
-                  const float *known) {
+/* How far the outputs that were given were off, when less was known of the inputs. Where a held input
+ * changes within the samples of some phases only, this is about those. */
+static void judge(const SlideModel *model, SlideState *state, SlideSeen *seen, const float *given) {
+    double *means = model->n_unsettled > 0 ? seen->revised : state->ahead.forecast;
     for (size_t i = 0; i < model->n_outputs; ++i) {
-        const double change = (double)known[i] - given[i];
-        double *mean = &state->ahead.forecast[i];
-        *mean += (change * change - *mean) / N_JUDGED;
+        const double change = (double)seen->given[i] - given[i];
+        means[i] += (change * change - means[i]) / N_JUDGED;
     }
 }
 
-/* Are the newest samples those that are in model->taken, from a place on? */
-static bool holds(const SlideModel *model, const SlideSeen *seen, uint64_t count, uint64_t from) {
+/* Of the open samples, so many of the newest are not what they were: they lie from a place on in
+ * model->taken, newest first. */
+static uint64_t n_changed(const SlideModel *model, const SlideSeen *seen, uint64_t from) {
     const size_t row = model->n_inputs;
-    for (uint64_t age = 0; age < count; ++age) {
+    for (uint64_t left = seen->head->n_open; left-- > 0;) {
         const double *sample =
-            slide_samples_at(&model->samples, &seen->samples, *seen->samples.count - 1 - age);
-        if (memcmp(sample, model->taken + (from + age) * row, row * sizeof *sample) != 0) {
-            return false;
+            slide_samples_at(&model->samples, &seen->samples, *seen->samples.count - 1 - left);
+        if (memcmp(sample, model->taken + (from + left) * row, row * sizeof *sample) != 0) {
+            return left + 1;
         }
     }
-    return true;
+    return 0;
 }
 
-/* A phase goes on by samples that are in model->taken, newest first; of these so many are open, but
- * none where all are there. */
+/* A phase goes on by samples that are in model->taken, newest first; then so many are open, of which
+ * some may be open before. */
 static bool take(const SlideModel *model, SlideSeen *seen, uint64_t count, uint64_t n_open) {
+    slide_seen_know(model, seen, n_open > count ? n_open - count : 0);
+    const uint64_t n_before = seen->head->n_open;
     for (uint64_t left = count; left-- > 0;) {
-        if (left + 1 == n_open) {
+        if (left + 1 == n_open || (left + 1 == count && n_open > count && n_before == 0)) {
             slide_seen_open(model, seen);
         }
         if (!slide_seen_take(model, seen, slide_sample_taken(model, left), left == 0)) {
             return false;
         }
     }
-    seen->head->n_open = n_open;
+    seen->head->n_open = n_open > count ? n_before + count : n_open;
     return true;
 }
 
 /* The open samples, which lie from a place on in model->taken, are what they are now. Where they
  * were right they stay. */
-static bool close(const SlideModel *model, SlideState *state, SlideSeen *seen, uint64_t from) {
-    const uint64_t count = seen->head->n_open;
+static bool renew(const SlideModel *model, SlideState *state, SlideSeen *seen, uint64_t from) {
+    const uint64_t n_open = seen->head->n_open, changed = n_changed(model, seen, from);
     float *given = model->given;
-    if (holds(model, seen, count, from)) {
-        seen->head->n_open = 0;
-        judge(model, state, seen->given, seen->given);
-        return true;
-    }
     memcpy(given, seen->given, model->n_outputs * sizeof *given);
     const double end = seen->head->end;
-    slide_seen_take_back(model, seen);
-    for (uint64_t left = count; left-- > 0;) {
+    const uint64_t n_again = changed > 0 ? slide_seen_take_some_back(model, seen, changed) : 0;
+    for (uint64_t left = n_again; left-- > 0;) {
         if (!slide_seen_take(model, seen, slide_sample_taken(model, from + left), left == 0)) {
             return false;
         }
     }
     seen->head->end = end;
-    judge(model, state, given, seen->given);
+    seen->head->n_open = n_open;
+    judge(model, state, seen, given);
     return true;
 }
 
@@ -151,6 +159,9 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
     undo->count[0] = *seen->samples.count;
     undo->count[1] = (uint64_t)(seen - state->seen);
     undo->count[2] += 1;
+    if (model->n_unsettled > 0) {
+        memcpy(undo->revised, seen->revised, model->n_outputs * sizeof *seen->revised);
+    }
     for (uint64_t left = seen->head->n_open; left-- > 0;) {
         const uint64_t number = *seen->samples.count - 1 - left;
         const size_t place = (size_t)(seen->head->n_open - 1 - left) * row;
@@ -186,10 +197,14 @@ static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen)
         }
         const double *inputs = undo->open + i * model->n_inputs;
         const SlideSample sample = {
-            inputs, model->others.capacity > 0 ? undo->others + i * model->n_inputs : inputs};
+            inputs, model->others.capacity > 0 ? undo->others + i * model->n_inputs : inputs,
+            false}; /* the head tells below what strayed */
         done = slide_seen_take(model, seen, sample, i + 1 == n_open);
     }
     *seen->head = *undo->seen;
+    if (model->n_unsettled > 0) {
+        memcpy(seen->revised, undo->revised, model->n_outputs * sizeof *seen->revised);
+    }
     return done;
 }
 
@@ -231,16 +246,17 @@ static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, d
                   uint64_t least_open) {
     const double now = slide_clock_time(&state->head->inner);
     note(model, state, seen, time);
-    if (seen->head->n_open > 0 && (n_open_at(model, state, seen->head->end) > 0 ||
+    if (seen->head->n_open > 0 && (n_ahead_at(model, state, seen->head->end) > 0 ||
                                    samples_between(model, seen->head->end, time) < 0)) {
         slide_seen_take_back(model, seen);
     }
     const uint64_t n_again = seen->head->n_open;
     const uint64_t n_taken = (uint64_t)samples_between(model, seen->head->end, time);
-    const uint64_t n_open = n_open_at(model, state, time);
+    const uint64_t n_ahead = n_ahead_at(model, state, time);
+    const uint64_t n_open = n_open_of(model, n_ahead > least_open ? n_ahead : least_open);
     slide_sample(model, state, n_again + n_taken, fmax(now - time, 0));
-    const bool done = (n_again == 0 || close(model, state, seen, n_taken)) &&
-                      take(model, seen, n_taken, n_open > least_open ? n_open : least_open);
+    const bool done = (n_again == 0 || renew(model, state, seen, n_taken)) &&
+                      take(model, seen, n_taken, n_open);
     if (n_taken > 0) { /* else its samples end where they did, or tiny steps would drag it along */
         seen->head->end = time;
     }
@@ -266,7 +282,7 @@ static bool may_begin(const SlideModel *model, SlideState *state, double time) {
     const SlideSeen *start = slide_start(model, state);
     const double samples = (time - slide_seen_known_end(model, start)) / model->step;
     const bool steady = state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN;
-    return start->head->used > 0 && samples <= model->n_in && (steady || is_whole(samples, SLACK));
+    return start->head->used > 0 && samples <= model->most_open && (steady || is_whole(samples, SLACK));
 }
 
 /* A phase sees all samples anew that anything depends on. After a step that is longer than the
@@ -274,15 +290,21 @@ static bool may_begin(const SlideModel *model, SlideState *state, double time) {
 static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen, double time,
                     uint64_t least_open) {
     const double now = slide_clock_time(&state->head->inner);
-    const uint64_t n_ahead = n_open_at(model, state, time);
+    const uint64_t n_ahead = n_ahead_at(model, state, time);
     const bool lasts = n_ahead <= model->n_in;
-    const uint64_t n_open = !lasts ? 0 : n_ahead > least_open ? n_ahead : least_open;
+    const uint64_t n_late = !lasts ? 0 : n_ahead > least_open ? n_ahead : least_open;
+    const uint64_t n_open = lasts ? n_open_of(model, n_late) : 0;
     const uint64_t count = model->memory_length + n_open;
     /* the bound compares what the predictor gave after all of them */
-    const uint64_t n_looked =
-        model->bound.memory_length > 0 ? count : model->predictor.n_samples + n_open;
+    const uint64_t n_whole = model->predictor.n_samples + n_late;
+    const uint64_t n_looked = model->bound.memory_length > 0 ? count
+                              : n_whole > n_open             ? n_whole
+                                                             : n_open;
     if (seen != slide_now(state)) {
         slide_seen_clear(model, seen, slide_now(state));
+    }
+    if (model->n_unsettled > 0) { /* until it has its own */
+        memcpy(seen->revised, state->ahead.forecast, model->n_outputs * sizeof *seen->revised);
     }
     slide_sample(model, state, count, fmax(now - time, 0));
     slide_seen_restart(model, seen, slide_sample_taken(model, count - 1));
@@ -296,21 +318,33 @@ static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen,
     return done;
 }
 
+/* Does a phase go on to a time? */
+static bool leads_to(const SlideModel *model, const SlideSeen *seen, double time,
+                     uint64_t least_open) {
+    const double ahead = samples_between(model, slide_seen_known_end(model, seen), time);
+    return fits(model, seen, time) && ahead >= (double)least_open && ahead <= model->most_open;
+}
+
+bool slide_phases_have(const SlideModel *model, SlideState *state, double time) {
+    return fits(model, &state->seen[place_for(model, state, time)], time) ||
+           may_begin(model, state, time);
+}
+
 bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
                         uint64_t least_open, size_t *place) {
     *place = place_for(model, state, time);
     SlideSeen *seen = &state->seen[*place];
-    const bool goes_on = fits(model, seen, time);
-    const double ahead = samples_between(model, slide_seen_known_end(model, seen), time);
+    const bool fitting = fits(model, seen, time);
     bool done;
-    if (goes_on && ahead >= (double)least_open && ahead <= model->n_in) {
+    if (leads_to(model, seen, time, least_open)) {
         done = go_on(model, state, seen, time, least_open);
     } else if (may_begin(model, state, time)) {
         done = begin(model, state, seen, time, least_open);
     } else { /* elsewhere, so that the phase is there when this fails */
         *place = vacant(model, state);
         done = see_all(model, state, &state->seen[*place], time, least_open);
-        seen->head->used = done && goes_on ? 0 : seen->head->used;
+        seen->head->used = done && fitting ? 0 : seen->head->used;
+        state->head->credit -= !fitting;
     }
     state->seen[*place].head->used = state->head->n_steps + 1;
     return done;

@@ -15,6 +15,9 @@ uint64_t slide_phases_of(const SlideModel *model, double length);
 bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
                         uint64_t least_open, size_t *place);
 
+/* Is the phase of a time kept, or may it begin with what was before the first step? */
+bool slide_phases_have(const SlideModel *model, SlideState *state, double time);
+
 /* A step begins: what slide_phases_undo needs. */
 void slide_phases_prepare(const SlideModel *model, const SlideState *state);
 

@@ -5,8 +5,17 @@
 #include "state.h"
 
 /* So many samples, the newest of which ends some time (s) before the present, come into
- * model->taken, scaled, newest first. */
+ * model->taken, scaled, newest first.
+ *
+ * What acts on a system counts by its effect f(t) at the newest end, and a sample by the mean of f in
+ * it. So of held inputs that change within a sample the mean u alone comes at the wrong time. With its
+ * first moment m (SlideActing), and the parabola whose means are those of f in three samples next to
+ * each other, the effect is that of u in it, m / 2 more in the next and m / 2 less in the one before;
+ * of the newest, which has no next one, u + 3/2 m, and -2 m and m / 2 in the two before. */
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before);
+
+/* The newest sample and those that features see before it, with the means of the newest one only. */
+void slide_sample_newest(const SlideModel *model, const SlideState *state);
 
 /* What is known of the inputs before the first step becomes the history. */
 void slide_sampling_recall(const SlideModel *model, SlideState *state);
@@ -14,9 +23,10 @@ void slide_sampling_recall(const SlideModel *model, SlideState *state);
 /* Of these, the sample of an age, 0 the newest. */
 static inline SlideSample slide_sample_taken(const SlideModel *model, uint64_t age) {
     const double *inputs = model->taken + age * model->n_inputs;
-    return (SlideSample){inputs, model->others.capacity > 0
-                                     ? model->others_taken + age * model->n_inputs
-                                     : inputs};
+    return (SlideSample){inputs,
+                         model->others.capacity > 0 ? model->others_taken + age * model->n_inputs
+                                                    : inputs,
+                         model->strays[age]};
 }
 
 /* A sample as the networks see it. */

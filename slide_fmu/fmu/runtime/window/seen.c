@@ -15,8 +15,13 @@ void slide_seen_place(SlideSeen *seen, const SlideModel *model, SlideArena *aren
     predictor->family->place_state(&seen->predictor, predictor, arena);
     if (slide_is_recurrent(predictor->family)) {
         predictor->family->place_before(&seen->known, predictor, arena);
+        for (size_t i = 0; model->n_unsettled > 0 && i < SLIDE_SPREAD; ++i) {
+            predictor->family->place_before(&seen->later[i], predictor, arena);
+        }
     }
     seen->given = slide_place(arena, model->n_outputs, sizeof *seen->given);
+    seen->revised = slide_place(arena, model->n_unsettled > 0 ? model->n_outputs : 0,
+                                sizeof *seen->revised);
     slide_estimate_place(&seen->estimate, &model->estimator, arena);
     slide_bound_place_state(&seen->bound, &model->bound, arena);
 }
@@ -47,7 +52,7 @@ static void append(const SlideModel *model, SlideSeen *seen, SlideSample sample)
         slide_samples_append(&model->others, &seen->others, sample.others);
     }
     seen->head->since += 1;
-    if (!slide_in_range(sample.inputs, model->n_inputs, model->cosine)) {
+    if (sample.strays) {
         seen->head->strayed = *seen->samples.count;
     }
 }
@@ -73,7 +78,7 @@ void slide_seen_restart(const SlideModel *model, SlideSeen *seen, SlideSample sa
     slide_estimate_restart(&model->estimator, &seen->estimate);
     slide_bound_restart(&model->bound, &seen->bound);
     remember(model, seen, *seen->samples.count - 1, false);
-    if (!slide_in_range(sample.inputs, model->n_inputs, model->cosine)) {
+    if (sample.strays) {
         seen->head->strayed = *seen->samples.count;
     }
 }
@@ -105,9 +110,21 @@ static bool advance(const SlideModel *model, SlideSeen *seen, SlideSample sample
     return true;
 }
 
+/* What comes next may be taken back alone. */
+static void note_later(const SlideModel *model, SlideSeen *seen, uint64_t number) {
+    const SlideNetwork *network = &model->predictor;
+    if (model->n_unsettled > 0) {
+        seen->head->strayed_later[number % SLIDE_SPREAD] = seen->head->strayed;
+    }
+    if (model->n_unsettled > 0 && slide_is_recurrent(network->family)) {
+        network->family->keep(network, &seen->predictor, &seen->later[number % SLIDE_SPREAD]);
+    }
+}
+
 bool slide_seen_take(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                      bool wanted) {
     const uint64_t number = *seen->samples.count;
+    note_later(model, seen, number);
     if (!advance(model, seen, sample, number, wanted)) {
         return false;
     }
@@ -124,7 +141,8 @@ void slide_seen_pass(const SlideModel *model, SlideSeen *seen, SlideSample sampl
 bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                        uint64_t less) {
     const uint64_t number = *seen->samples.count;
-    for (uint64_t left = model->predictor.n_settling - less; left > 0; --left) {
+    const uint64_t n_settling = model->predictor.n_settling;
+    for (uint64_t left = n_settling > less ? n_settling - less : 0; left > 0; --left) {
         if (!advance(model, seen, sample, number, left == 1)) {
             return false;
         }
@@ -133,10 +151,10 @@ bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sam
     return true;
 }
 
-void slide_seen_number_next_first(const SlideModel *model, SlideSeen *seen) {
-    *seen->samples.count -= 1;
+void slide_seen_number_back(const SlideModel *model, SlideSeen *seen, uint64_t count) {
+    *seen->samples.count -= count;
     if (model->others.capacity > 0) {
-        *seen->others.count -= 1;
+        *seen->others.count -= count;
     }
 }
 
@@ -186,13 +204,48 @@ static void close_head(const SlideModel *model, SlideSeenHead *head) {
     head->n_open = 0;
 }
 
-void slide_seen_take_back(const SlideModel *model, SlideSeen *seen) {
-    const uint64_t n_open = seen->head->n_open;
-    count_back(model, seen, *seen->samples.count - n_open);
-    close_head(model, seen->head);
-    forget(model, seen, &seen->known, n_open > 1 ? n_open : 0);
+/* So many samples are lost; before them, the predictor and what strayed were so. */
+static void lose(const SlideModel *model, SlideSeen *seen, uint64_t count,
+                 const SlideNetworkState *before, uint64_t strayed) {
+    SlideSeenHead *head = seen->head;
+    count_back(model, seen, *seen->samples.count - count);
+    head->end -= (double)count * model->step;
+    head->since = fmax(head->since - (double)count, 0);
+    head->strayed = strayed;
+    head->n_open -= count;
+    forget(model, seen, before, count > 1 ? count : 0);
     slide_estimate_take_back(&model->estimator, &seen->estimate, *seen->samples.count);
     slide_bound_take_back(&model->bound, &seen->bound, *seen->samples.count);
+}
+
+void slide_seen_take_back(const SlideModel *model, SlideSeen *seen) {
+    lose(model, seen, seen->head->n_open, &seen->known, seen->head->strayed_known);
+}
+
+uint64_t slide_seen_take_some_back(const SlideModel *model, SlideSeen *seen, uint64_t count) {
+    if (count >= seen->head->n_open || count > SLIDE_SPREAD || model->n_unsettled == 0) {
+        count = seen->head->n_open;
+        slide_seen_take_back(model, seen);
+    } else {
+        const size_t place = (size_t)((*seen->samples.count - count) % SLIDE_SPREAD);
+        lose(model, seen, count, &seen->later[place], seen->head->strayed_later[place]);
+    }
+    return count;
+}
+
+void slide_seen_know(const SlideModel *model, SlideSeen *seen, uint64_t n_open) {
+    const SlideNetwork *network = &model->predictor;
+    if (n_open > 0 && (n_open >= seen->head->n_open || n_open > SLIDE_SPREAD)) {
+        return;
+    }
+    if (n_open > 0) {
+        const size_t place = (size_t)((*seen->samples.count - n_open) % SLIDE_SPREAD);
+        seen->head->strayed_known = seen->head->strayed_later[place];
+        if (slide_is_recurrent(network->family)) {
+            network->family->keep(network, &seen->later[place], &seen->known);
+        }
+    }
+    seen->head->n_open = n_open;
 }
 
 void slide_seen_restore(const SlideModel *model, SlideSeen *seen, const SlideSeenHead *head,

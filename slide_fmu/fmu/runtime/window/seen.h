@@ -11,8 +11,12 @@ typedef struct {
     SlideSamples samples;
     SlideSamples others; /* the same as the companion of the bound sees them, where it sees others */
     SlideNetworkState predictor;
-    SlideNetworkState known; /* of recurrent networks: as it was before the open samples */
+    SlideNetworkState known; /* of recurrent networks: as it was before the open samples; and, of held
+                                inputs, before the newest ones, by their numbers % SLIDE_SPREAD */
+    SlideNetworkState later[SLIDE_SPREAD];
     float *given; /* [n_outputs], what the predictor gave after the newest sample, scaled */
+    double *revised; /* [n_outputs], mean squares of what became of the outputs lately, when it was known
+                        how held inputs went on, relative to their scales */
     SlideEstimate estimate; /* this and the bound: at most until the open samples, or, where sample 0
                                is one of them, until the last */
     SlideBoundState bound;
@@ -33,6 +37,7 @@ void slide_seen_clear(const SlideModel *model, SlideSeen *seen, const SlideSeen 
 /* A sample, scaled [n_inputs], and what the companion of the bound sees in its place; may be the same. */
 typedef struct {
     const double *inputs, *others;
+    bool strays; /* from the training: is what was set out of range? */
 } SlideSample;
 
 /* Forget all samples; this one counts for all. */
@@ -48,14 +53,23 @@ void slide_seen_pass(const SlideModel *model, SlideSeen *seen, SlideSample sampl
 bool slide_seen_settle(const SlideModel *model, SlideSeen *seen, SlideSample sample,
                        uint64_t less);
 
-/* The sample that counts for all before has no number of its own: the next one has it. */
-void slide_seen_number_next_first(const SlideModel *model, SlideSeen *seen);
+/* The sample that counts for all before has no number of its own: so many that come next have numbers
+ * until its own. */
+void slide_seen_number_back(const SlideModel *model, SlideSeen *seen, uint64_t count);
 
 /* From here on samples are open. */
 void slide_seen_open(const SlideModel *model, SlideSeen *seen);
 
 /* The open samples are taken back, and what estimate and bound saw of them. */
 void slide_seen_take_back(const SlideModel *model, SlideSeen *seen);
+
+/* The same of the newest of them only; where no state before so many is there, of all. Gives of how
+ * many. */
+uint64_t slide_seen_take_some_back(const SlideModel *model, SlideSeen *seen, uint64_t count);
+
+/* Of the open samples only so many of the newest stay open; but all, where no state before them is
+ * there. */
+void slide_seen_know(const SlideModel *model, SlideSeen *seen, uint64_t n_open);
 
 /* Back to how it was when it had this head and so many samples, and this state of a recurrent
  * predictor before the open ones: without these. */

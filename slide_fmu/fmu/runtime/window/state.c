@@ -51,6 +51,7 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     memset(state->head, 0, state->size);
     state->head->known = model->at_step_end;
     state->head->confidence = SLIDE_USUAL_CONFIDENCE;
+    state->head->credit = SLIDE_MOST_CREDIT;
     state->head->doubt = -INFINITY;
     state->head->outside = -INFINITY;
     memcpy(state->inputs, model->starts, model->n_inputs * sizeof(double));
@@ -114,8 +115,8 @@ static bool is_seen_sound(const SlideModel *model, const SlideState *state, cons
     memcpy(&head, block + place_in(state, seen->head), sizeof head);
     const uint64_t count = counter_in(state, block, seen->samples.count);
     return head.used == 0 ||
-           (head.n_open <= model->n_in && head.used < LARGEST_COUNT && count < LARGEST_COUNT &&
-            count + 1 >= model->samples.capacity);
+           (head.n_open <= model->most_open && head.used < LARGEST_COUNT && count < LARGEST_COUNT &&
+            count + 1 + model->n_unsettled >= model->samples.capacity);
 }
 
 bool slide_state_is_sound(const SlideModel *model, const SlideState *state, const void *block) {
@@ -124,8 +125,9 @@ bool slide_state_is_sound(const SlideModel *model, const SlideState *state, cons
     const uint64_t n_steps = counter_in(state, block, state->history.count);
     bool sound = isfinite(slide_clock_time(&head.clock)) &&
                  isfinite(slide_clock_time(&head.inner)) && isfinite(head.last_length) &&
+                 isfinite(head.credit) &&
                  head.now <= model->n_phases && head.before <= 1 && head.forecast <= 1 &&
-                 head.n_since <= 2 * (uint64_t)model->n_in && head.n_looked <= model->n_redone &&
+                 head.n_since <= 2 * (uint64_t)model->most_open && head.n_looked <= model->n_redone &&
                  n_steps < LARGEST_COUNT &&
                  (n_steps > 0) == (head.n_steps > 0) &&
                  counter_in(state, block, state->forecast.scored) < LARGEST_COUNT;

@@ -25,8 +25,9 @@ typedef struct {
     double last_length; /* s, of the last step; 0 before the first */
     double length_before; /* s, of the step before it; 0 before the second */
     double confidence;  /* of error bounds, a variable */
-    uint64_t n_phases;  /* phases that steps of the last length come through; 0: too many, so that
-                           outputs are interpolated */
+    uint64_t n_phases;  /* phases that steps of the last length come through; 0: too many */
+    double credit;      /* times that a phase may take in all its samples anew, where its outputs can
+                           be interpolated instead */
     uint64_t concluded; /* number of the step whose bound SlideState.ahead has; or 0 */
     uint64_t estimated; /* the same of its estimate */
     uint64_t now;       /* place of SlideState.seen behind the outputs */
@@ -39,12 +40,16 @@ typedef struct {
                            of range last; or -infinity */
     double doubt;       /* s of the inner time, until when inputs did what samples do not show: they
                            jumped where they move in the training; or -infinity */
+    uint32_t between;   /* are the outputs interpolated between phases? */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
     uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or
                            in the place of a forecast */
     uint32_t moved;     /* those of the last step had */
 } SlideHead;
+
+/* Most of SlideHead.credit: enough for an importer that changes to another step. */
+#define SLIDE_MOST_CREDIT 16.0
 
 /* What the last step began with: by it and by the history, derivatives do it again. */
 typedef struct {
@@ -63,7 +68,7 @@ typedef struct {
     SlideEstimate estimate;
     SlideBoundState bound;
     double *forecast; /* [n_outputs], mean squares of what forecasts of the inputs changed in the
-                         outputs lately, relative to their scales */
+                         outputs lately, relative to their scales; of held inputs SlideSeen.revised */
 } SlideAhead;
 
 /* All that changes lies in one flat block, which slide_state_copy saves and restores. */

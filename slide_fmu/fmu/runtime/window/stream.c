@@ -2,6 +2,7 @@
 
 #include "between.h"
 #include "phases.h"
+#include "ranges.h"
 #include "sampling.h"
 
 #include "moving.h"
@@ -44,7 +45,9 @@ static bool see_start(const SlideModel *model, SlideState *state) {
     const bool forecasts = slide_stream_forecasts(model, state);
     const bool first_is_held = prehistory == SLIDE_FIRST_HELD && !forecasts;
     const bool reaches = prehistory != SLIDE_FIRST_HELD && forecasts;
-    const SlideSample rest = {model->taken, model->taken};
+    const uint64_t n_changed = model->n_unsettled > 0 ? SLIDE_SPREAD : 0; /* by the first steps */
+    SlideSample rest = {model->taken, model->taken, false};
+    uint64_t n_open = n_changed;
     bool done = true;
     slide_seen_clear(model, start, NULL); /* a run before this one may have left something */
     if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
@@ -53,22 +56,34 @@ static bool see_start(const SlideModel *model, SlideState *state) {
         *state->history.count = 0;
         slide_seen_restart(model, start, slide_sample_taken(model, model->memory_length - 1));
         for (uint64_t left = model->memory_length; done && left-- > 0;) {
+            if (left + 1 == n_changed) {
+                slide_seen_open(model, start);
+            }
             done = slide_seen_take(model, start, slide_sample_taken(model, left), left == 0);
         }
     } else {
         slide_sampling_scale(model, slide_stream_prehistory(model, state), model->taken);
+        rest.strays = !slide_in_range(model->taken, model->n_inputs, model->cosine);
         slide_seen_restart(model, start, rest);
-        done = slide_seen_settle(model, start, rest, first_is_held ? 1 : 0);
-    }
-    if (first_is_held) {
-        slide_seen_number_next_first(model, start);
+        done = slide_seen_settle(model, start, rest, n_changed + (first_is_held ? 1 : 0));
+        slide_seen_number_back(model, start, n_changed + (first_is_held ? 1 : 0));
+        for (uint64_t left = n_changed; done && left-- > 0;) {
+            if (left + 1 == n_changed) {
+                slide_seen_open(model, start);
+            }
+            done = slide_seen_take(model, start, rest, left == 0);
+        }
     }
     if (done && (first_is_held || reaches)) {
         slide_sampling_scale(model, state->inputs, model->taken);
-        slide_seen_open(model, start);
+        rest.strays = !slide_in_range(model->taken, model->n_inputs, model->cosine);
+        if (n_open == 0) {
+            slide_seen_open(model, start);
+        }
         done = slide_seen_take(model, start, rest, true);
-        start->head->n_open = 1;
+        n_open += 1;
     }
+    start->head->n_open = n_open;
     start->head->used = done;
     start->head->end = first_is_held ? model->step : 0;
     return done;
@@ -147,7 +162,7 @@ static void doubt(const SlideModel *model, SlideState *state) {
 static void know(const SlideModel *model, SlideState *state) {
     const SlideHead *head = state->head;
     const SlideHistoryShape *shape = &model->history;
-    const bool sampled = head->n_phases > 0 && head->last_length <= model->step;
+    const bool sampled = !head->between && head->last_length <= model->step;
     memcpy(state->history.end, state->before.given, model->n_inputs * sizeof(double));
     if (sampled || !shape->first_order) {
         *state->forecast.spacing = 0;
@@ -218,6 +233,8 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
     }
     head->last_length = length;
     slide_clock_advance(&head->inner, slide_clock_time(&head->inner), length);
+    head->credit = fmin(head->credit + 1.0 / model->predictor.n_samples, SLIDE_MOST_CREDIT);
+    head->between = slide_between_serves(model, state);
     memcpy(state->before.given, state->inputs, row);
     head->moved = head->moving;
     if (head->moving) {
@@ -263,10 +280,14 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
 static bool reach(const SlideModel *model, SlideState *state) {
     size_t place = 0;
     const bool done =
-        slide_between_serves(model, state)
+        state->head->between
             ? slide_between_reach(model, state, &place, model->candidate)
             : slide_phases_reach(model, state, slide_clock_time(&state->head->inner), 0, &place);
     state->head->now = place;
+    if (model->n_unsettled > 0) {
+        memcpy(state->ahead.forecast, slide_now(state)->revised,
+               model->n_outputs * sizeof(double));
+    }
     return done;
 }
 
@@ -278,7 +299,7 @@ static bool finish(const SlideModel *model, SlideState *state) {
     }
     state->head->n_steps += 1;
     give(model, state);
-    for (size_t i = 0; slide_between_serves(model, state) && i < model->n_outputs; ++i) {
+    for (size_t i = 0; state->head->between && i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
         state->outputs[i] = model->candidate[i] * scaling->scale + scaling->offset;
     }
@@ -449,7 +470,7 @@ static bool is_behind(const SlideState *state, const SlideSeen *seen) {
 
 double slide_stream_novelty(const SlideModel *model, SlideState *state) {
     double largest = *slide_stream_bound(model, state)->novelty;
-    for (size_t i = 0; i < model->n_phases && slide_between_serves(model, state); ++i) {
+    for (size_t i = 0; i < model->n_phases && state->head->between; ++i) {
         SlideSeen *seen = &state->seen[i];
         const uint64_t n_known = *seen->samples.count - seen->head->n_open;
         const bool has_any = n_known >= model->samples.capacity; /* samples with numbers */

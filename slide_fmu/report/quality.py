@@ -10,12 +10,11 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.row import FAR_OFF
 from slide_fmu.validation.task import IN_RANGE
 
 LINEAR_DOES = 1.2
 """A linear model would do where its error is at most this factor above the best other one."""
-MUCH = 0.05
-"""Relative RMSE above which an output is remarked where the recipe requires nothing."""
 LAST, FELL = 0.2, 0.1
 """A training that still lowered its validation error by this part (``FELL``) in its last steps
 (the share ``LAST`` of all) would go on to lower it."""
@@ -56,7 +55,7 @@ def require_quality(recipe: Recipe, figures: RunFigures) -> None:
 
 def remark_on_error(recipe: Recipe, measured: Measured) -> str | None:
     """Say that outputs are far off, where the recipe requires nothing; None otherwise."""
-    worse = [] if recipe.validation.require is not None else _above(measured, MUCH)
+    worse = [] if recipe.validation.require is not None else _above(measured, FAR_OFF)
     if not worse:
         return None
     return (

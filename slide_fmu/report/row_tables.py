@@ -10,6 +10,7 @@ from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.row import (
     ALL,
+    FAR_OFF,
     FINER,
     HARMFUL,
     MOST_HARMFUL,
@@ -49,6 +50,9 @@ RULE = (
 )
 """When an FMU is valid on inputs."""
 
+FAR = f"far off (error above {percent(FAR_OFF)})"
+"""What is said where an error is large, although it may be the usual one of an FMU."""
+
 STEP_DIGITS = 4
 """Digits of communication steps."""
 
@@ -72,7 +76,7 @@ def judged(row: Row) -> str:
     if row.valid is None:
         return ""
     if row.valid:
-        return "valid"
+        return f"valid, but {FAR}" if row.far_off else "valid"
     if row.honest is None:
         return "not valid"
     return "not valid, and the FMU says so" if row.honest else "not valid, not always reported"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slide_fmu.core.measures import percent
-from slide_fmu.report.row_tables import length_of, named
+from slide_fmu.report.row_tables import FAR, length_of, named
 from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, Call, Row, row_at
 from slide_fmu.validation.task import BEYOND, IN_RANGE
 
@@ -60,7 +60,8 @@ def _error(rows: Sequence[Row], call: Call) -> str:
     errors = [_up_to(row) for row in at if row is not None]
     if errors:
         text += f"; under {smooth[0].inputs} {' and '.join(errors)}"
-    return f"{text} (relative RMSE)."
+    far = f" At its own step the FMU is {FAR}." if own.far_off else ""
+    return f"{text} (relative RMSE).{far}"
 
 
 def _up_to(row: Row) -> str:
@@ -95,12 +96,25 @@ def _avoid(rows: Sequence[Row], call: Call) -> str:
     outside = "Inputs outside of their ranges are reported"
     if not any(row.valid is not None for row in at):
         return f"Avoid inputs unlike those that were measured. {outside}."
+    far = _usual_but_far(at)
     if not bad:
-        return f"Of the measured kinds of input none is to be avoided. {outside}."
+        what = far or "Of the measured kinds of input none is to be avoided."
+        return f"{what} {outside}."
     silent = [row for row in bad if row.honest is not True]
-    chosen = silent or bad
-    names = ", ".join(f"{named(row)} ({percent(row.error)})" for row in chosen[:MOST_NAMED])
-    rest = len(chosen) - MOST_NAMED
-    more = f" and {rest} more" if rest > 0 else ""
     says = "it is wrong and does not say so" if silent else "it says that it is wrong"
-    return f"Avoid, at its own step: {names}{more}; there {says}."
+    also = f" {far}" if far else ""
+    return f"Avoid, at its own step: {_some(silent or bad)}; there {says}.{also}"
+
+
+def _usual_but_far(rows: Sequence[Row]) -> str:
+    """Name kinds of input whose errors are large, but usual for this FMU; empty without any."""
+    found = [row for row in rows if row.valid and row.far_off and row.inputs != ALL]
+    found.sort(key=lambda row: -row.error)
+    return f"Under {_some(found)} its error is usual, but the FMU is {FAR}." if found else ""
+
+
+def _some(rows: Sequence[Row]) -> str:
+    """Name the first kinds with their errors, and count the others."""
+    names = ", ".join(f"{named(row)} ({percent(row.error)})" for row in rows[:MOST_NAMED])
+    rest = len(rows) - MOST_NAMED
+    return f"{names} and {rest} more" if rest > 0 else names

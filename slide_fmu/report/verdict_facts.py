@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
-from slide_fmu.report.row_tables import length_of
+from slide_fmu.report.row_tables import FAR, length_of
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import timing_text
 from slide_fmu.report.verdict import call_of, main_rows, verdict
@@ -82,7 +82,7 @@ def _of_row(row: Row, call: Call) -> list[Fact]:
     where = "in the plain call" if call == "plain" else "with known inputs"
     of_output = "" if len(row.outputs) == 1 else " of the worst output"
     text = f"Relative RMSE{of_output} {where} at {length_of(row)}, on unseen inputs."
-    found = [Fact("Error", percent(row.error), text)]
+    found = [Fact("Error", percent(row.error), text, False if row.far_off else None)]
     if row.covered is not None:
         good = row.covered >= CONFIDENCE - MISSING
         below = f"This part of the samples lies below the error bound of {percent(CONFIDENCE)}."
@@ -100,11 +100,13 @@ def _validity(rows: Iterable[Row]) -> Fact | None:
     learnt = [bool(row.valid) for row in judged if row.group == IN_RANGE]
     good = [bool(row.valid) for row in judged if row.group not in (BEYOND, HELD_OUT)]
     value = f"{sum(bool(row.valid) for row in judged)} of {len(judged)}"
+    far = sum(bool(row.valid) and row.far_off for row in judged)
     text = (
         "Valid for these kinds of input, of those that were measured: "
         f"{sum(learnt)} of {len(learnt)} kinds of its training."
     )
-    return Fact("Validity", value, text, all(good))
+    text += f" For {far} of them it is {FAR}." if far else ""
+    return Fact("Validity", value, text, all(good) and not far)
 
 
 def _speed(found: Timing) -> Fact:

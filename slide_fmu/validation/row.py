@@ -49,6 +49,9 @@ MOST_HARMFUL = 0.02
 MOST_SILENT = 0.01
 """Largest share of silent samples of a kind for which the FMU says where it is wrong."""
 
+FAR_OFF = 0.05
+"""Relative RMSE above which an output is far off, unless a recipe requires another one."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RowOutput:
@@ -134,6 +137,11 @@ class Row:
         if self.harmful is None:
             return None
         return self.harmful <= MOST_HARMFUL and (self.silent or 0.0) <= MOST_SILENT
+
+    @property
+    def far_off(self) -> bool:
+        """Whether the error is large, however usual such an error is for this FMU."""
+        return not self.error <= FAR_OFF
 
     @property
     def honest(self) -> bool | None:

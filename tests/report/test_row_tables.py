@@ -39,12 +39,14 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
         row("c", harmful=0.03, silent=0.02),
         row("d", harmful=0.02, silent=0.02),
         without_bound(inputs="e", harmful=0.03),
+        row("f", error=0.06),
     ]
     assert [line[-1] for line in kind_table(rows).rows] == [
         "valid",
         "not valid, and the FMU says so",
         *["not valid, not always reported"] * 2,
         "not valid",
+        "valid, but far off (error above 5 %)",
     ]
 
 

@@ -69,5 +69,21 @@ def test_several_outputs_have_the_largest_error() -> None:
     assert "covers 90 %" in trust
 
 
+def test_errors_that_are_large_but_usual_are_told_in_the_same_line() -> None:
+    rows = [row(error=0.4), row("steps", error=0.4), row("ramps", error=0.06), row("rest")]
+    error, _, avoid = verdict(rows)
+    assert error.endswith("(relative RMSE). At its own step the FMU is far off (error above 5 %).")
+    usual = (
+        "steps (40 %), ramps (6 %) its error is usual, but the FMU is far off (error above 5 %)."
+    )
+    assert avoid == f"Under {usual} Inputs outside of their ranges are reported."
+    _, _, avoid = verdict([*rows, row("jumps", error=0.9, harmful=0.5, silent=0.5)])
+    assert avoid.endswith(f"jumps (90 %); there it is wrong and does not say so. Under {usual}")
+
+
+def test_nothing_is_far_off_up_to_five_per_cent() -> None:
+    assert "far off" not in " ".join(verdict([row(error=0.05), row("steps", error=0.05)]))
+
+
 def test_nothing_measured_says_so() -> None:
     assert verdict([]) == ()

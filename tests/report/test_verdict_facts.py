@@ -43,6 +43,13 @@ def test_validity_expects_nothing_of_kinds_that_no_training_saw() -> None:
     assert (found.value, found.good) == ("1 of 2", True)
 
 
+def test_a_large_error_is_no_good_sign_even_where_it_is_usual() -> None:
+    found = facts(row(error=0.4), row("steps", error=0.4), row("rest"))
+    assert found["Error"].good is False
+    assert (found["Validity"].value, found["Validity"].good) == ("2 of 2", False)
+    assert found["Validity"].text.endswith("For 1 of them it is far off (error above 5 %).")
+
+
 def test_without_bound_there_are_no_numbers_of_one() -> None:
     assert not {"Bound", "Trusted"} & set(facts(without_bound()))
 

@@ -224,7 +224,7 @@ def try_(
 
     with progress_bars() as bar:
         progress = bar("trial")
-        job = open_trial(recipe, runs, bar, progress)
+        job = open_trial(recipe, runs, progress)
         trial = try_recipe(job, progress, seed)
     show_trial(trial.figures(), None if job.recipe.window.allow_short else trial.sizing.problem)
     write_json(json_path, trial.figures())

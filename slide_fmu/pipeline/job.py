@@ -137,11 +137,11 @@ def job_of_text(
         DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
             ValueError: as in ``open_job``.
     """
-    begun = bar("recipe")
-    begun(0, 1)  # a message at once, since finding the lengths may take a minute
     read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
     folder = RunFolder(runs / read.guess.name)
     folder.require_folder()
+    begun = bar("recipe")
+    begun(0, 1)  # a message at once, since finding the lengths may take a minute
     file = RecipeFile(str(source), text if isinstance(source, Path) else "")
     case, sizing = case_of(read.guess, given, file), None
     resolved: FoundValues = {}

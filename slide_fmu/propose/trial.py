@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from slide_fmu.core.parameters import corners_of
-from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.progress import Progress, quiet, quiet_stages
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
@@ -152,16 +152,22 @@ class Trial:
         )
 
 
-def open_trial(recipe: Path, runs: Path, bar: Stages, progress: Progress) -> Job:
+def open_trial(recipe: Path, runs: Path, progress: Progress) -> Job:
     """Read a recipe, and find its lengths, in a limited time, as the first step of a trial.
+
+    The progress of the trial begins when the recipe is read. Its stages show none of their own.
 
     Raises:
         RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as in ``open_job``.
     """
-    progress(0, STEPS)
-    job = open_job(recipe, runs, bar, patience=PATIENCE)
+
+    def begin(stage: str) -> Progress:
+        progress(0, STEPS)
+        return quiet
+
+    job = open_job(recipe, runs, begin, patience=PATIENCE)
     progress(1, STEPS)
-    return job
+    return replace(job, bar=quiet_stages)
 
 
 def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:

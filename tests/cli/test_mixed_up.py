@@ -38,6 +38,19 @@ def test_recipe_in_the_place_of_an_fmu_is_told(subcommand: str, tmp_path: Path) 
     assert "slide-fmu run spring.toml writes an FMU" in output
 
 
+@pytest.mark.parametrize("subcommand", ["try", "run", "window", "generate", "train"])
+@pytest.mark.parametrize("text", [None, 'name = "spring" 2'], ids=["no file", "no TOML"])
+def test_recipe_that_cannot_be_read_is_told_before_any_work_is_shown(
+    subcommand: str, text: str | None, tmp_path: Path
+) -> None:
+    recipe = tmp_path / "spring.toml"
+    if text is not None:
+        recipe.write_text(text, encoding="utf-8")
+    code, output = said(subcommand, recipe)
+    assert code == 1
+    assert output.startswith("error: ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "found", "expected"),
     [

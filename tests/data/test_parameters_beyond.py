@@ -141,7 +141,7 @@ def test_trial_names_the_end_of_the_range_at_which_no_model_can_be_made(
     path = lag(tmp_path, 1.5, table)
     expected = r"with gain = 2, at the ends of the ranges.*no such gain.*narrow parameters.gain.ra"
     with pytest.raises(LoadError, match=expected):
-        try_recipe(open_trial(path, tmp_path / "runs", no_stages, silent), silent)
+        try_recipe(open_trial(path, tmp_path / "runs", silent), silent)
 
 
 @pytest.mark.extended
@@ -150,7 +150,7 @@ def test_trial_remarks_where_the_model_fails_as_far_as_data_go(
     limit: float, beyond: float, tmp_path: Path
 ) -> None:
     path = lag(tmp_path, limit, f"beyond = {beyond}")
-    trial = try_recipe(open_trial(path, tmp_path / "runs", no_stages, silent), silent)
+    trial = try_recipe(open_trial(path, tmp_path / "runs", silent), silent)
     told = [remark for remark in trial.remarks if "parameters.gain.beyond" in remark]
     fails = 2.0 * (1 + beyond) > limit
     assert len(told) == fails

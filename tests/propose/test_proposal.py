@@ -362,6 +362,7 @@ def test_try_gives_figures_of_the_recipe_that_init_wrote(lag: Path, tmp_path: Pa
     assert figures["system"]["offers"]["linearization"]
     assert figures["data"]["expected_wall_time_s"] > 0
     assert "trial: 0 of 4\n" in tried.output
+    assert "recipe: " not in tried.output  # the trial has one progress
     assert "trial: 4 of 4, took " in tried.output
     assert "next    slide-fmu run recipes/lag.toml" in tried.output
 

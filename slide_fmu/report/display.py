@@ -119,7 +119,9 @@ class _Bar:
 class _Lines:
     """A line for every fifth of a stage, and one as soon as its time can be estimated. Final.
 
-    A stage that takes less than ``APART`` has a line at its start and one at its end.
+    A stage that takes less than ``APART`` has a line at its start and one at its end. Work that
+    goes on from where it was stopped, and may end early, has its first line after its first part:
+    often nothing is left of it, and the line at its end says so.
     """
 
     console: Console
@@ -135,6 +137,8 @@ class _Lines:
         now = time.monotonic()
         if self.begin is None:
             self.begin = now, done
+            if self.at_most and 0 < done < total:
+                return
         part = PARTS * done // max(1, total)
         if part < self.printed:  # there is more work than was planned
             self.printed = -1

@@ -83,6 +83,21 @@ def test_short_stage_has_two_lines_and_a_long_one_at_most_seven(clock: Clock) ->
     assert lines[-1] == "trajectories: 100 of 100, took 5 min"
 
 
+@pytest.mark.parametrize(("left", "lines"), [(0, 1), (2, 3)])
+def test_stage_that_was_finished_before_has_one_line(clock: Clock, left: int, lines: int) -> None:
+    console = Messages(file=io.StringIO(), markup=False, highlight=False)
+    with shown(console) as stages:
+        progress = part_of(stages("surrogate"), at_most=True)
+        progress(30, 40, 0.00287)
+        for done in range(31, 31 + left):
+            clock.now += 6.0
+            progress(done, 40, 0.00287)
+        progress(30 + left, 30 + left, 0.00287)
+    found = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert len(set(found)) == len(found) == lines
+    assert found[-1].startswith(f"surrogate: {30 + left} of {30 + left}, ")
+
+
 def _all_of(terminal: int) -> Iterator[bytes]:
     """Read what a terminal shows, whose other end is closed: it comes in pieces."""
     try:

@@ -10,14 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, drawn_outputs
-from slide_fmu.excitation.point_to_point import trapezoid_way
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -27,6 +25,15 @@ from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.smooth_inputs import fine_truth
 from slide_fmu.validation.user_channels import Channel, channels_of
+from slide_fmu.validation.user_words import told
+from slide_fmu.validation.waveforms import (
+    HeldLevels,
+    RepeatedMoves,
+    StoppedTone,
+    Tone,
+    Triangle,
+    Waveform,
+)
 
 TRAJECTORIES = 2
 """Number of motions of each kind."""
@@ -44,109 +51,6 @@ SLOW, FAST = (0.0, 0.3), (0.5, 1.0)
 
 SEED = 0x05E75
 """Entropy of the draws; no training uses it."""
-
-
-class Waveform(Protocol):
-    """A Waveform is one channel over time."""
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        """Return the values at times in s, (N,)."""
-
-
-@dataclass(frozen=True)
-class Tone:
-    """A Tone is a sine about a level; its angular frequency is in rad/s. Final."""
-
-    level: float
-    amplitude: float
-    frequency: float
-    phase: float
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        return self.level + self.amplitude * np.sin(self.frequency * time + self.phase)
-
-
-@dataclass(frozen=True)
-class StoppedTone:
-    """A StoppedTone is a tone that stays where it is from a time in s on, and ends at rest. Final.
-
-    Attributes:
-        tone: the tone.
-        at: when it stops.
-        until: when the input is released.
-        rest: to which value.
-    """
-
-    tone: Tone
-    at: float
-    until: float
-    rest: float
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        found = self.tone(np.minimum(time, self.at))
-        return np.where(time < self.until, found, self.rest)
-
-
-@dataclass(frozen=True)
-class Triangle:
-    """A Triangle goes straight to and fro between two values. Final."""
-
-    low: float
-    high: float
-    frequency: float
-    phase: float
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        turn = np.mod((self.frequency * time + self.phase) / (2 * np.pi), 1.0)
-        return np.asarray(self.low + (self.high - self.low) * np.abs(2 * turn - 1))
-
-
-@dataclass(frozen=True)
-class HeldLevels:
-    """HeldLevels are held one after the other, each for a time in s, and again. Final."""
-
-    levels: tuple[float, ...]
-    times: tuple[float, ...]
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        ends = np.cumsum(self.times)
-        # a sample at the end of a level, but for rounding, belongs to the next one
-        phase = np.mod(time + 1e-9 * ends[-1], ends[-1])
-        index = np.minimum(np.searchsorted(ends, phase, side="right"), len(ends) - 1)
-        return np.asarray(np.array(self.levels)[index])
-
-
-@dataclass(frozen=True)
-class RepeatedMoves:
-    """RepeatedMoves go to and fro by the same way, with rests between. Final.
-
-    The speed is a trapezoid in time, or a triangle.
-
-    Attributes:
-        start: position before the first move.
-        way: way of the first move, with its sign.
-        speed, acceleration: their largest values.
-        rest: time in s between moves.
-    """
-
-    start: float
-    way: float
-    speed: float
-    acceleration: float
-    rest: float
-
-    def __call__(self, time: FloatArray) -> FloatArray:
-        way, to_speed = abs(self.way), self.speed / self.acceleration
-        if way > self.speed * to_speed:
-            lasts = way / self.speed + to_speed
-        else:
-            to_speed = math.sqrt(way / self.acceleration)
-            lasts = 2 * to_speed
-        index = np.floor(time / (lasts + self.rest))
-        phase = np.minimum((time - index * (lasts + self.rest)) / lasts, 1.0)
-        done = trapezoid_way(phase, np.full(len(time), min(to_speed / lasts, 0.5)))
-        back = np.mod(index, 2) == 1
-        return np.asarray(self.start + self.way * np.where(back, 1.0 - done, done))
 
 
 Drawing = Callable[[Channel, np.random.Generator], Waveform]
@@ -278,17 +182,19 @@ def user_motions(
     found: dict[Named, list[MeasuredMotion]] = {}
     progress(0, total)
     for number, (name, drawing) in enumerate(kinds.items()):
-        motions, failed = list[MeasuredMotion](), list[str]()
+        motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
         for index in range(TRAJECTORIES):
             rng = np.random.default_rng([SEED, number, index])
             inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
+            drawn.append(inputs)
             try:
                 motions.append(_motion(surrogate, case, inputs, fine))
             except SimulationError as error:
                 failed.append(str(error))
             done += 1
             progress(done, total)
-        found[Named(AS_SET, name, tuple(failed))] = motions
+        words = told(name, channels, [inputs.waveforms for inputs in drawn])
+        found[Named(AS_SET, words, tuple(failed))] = motions
     return found
 
 

@@ -20,11 +20,11 @@ from slide_fmu.validation.user_inputs import (
     OF_INPUTS,
     OF_MOTIONS,
     Drawing,
-    StoppedTone,
-    Tone,
     UserInput,
     user_motions,
 )
+from slide_fmu.validation.user_words import told
+from slide_fmu.validation.waveforms import HeldLevels, RepeatedMoves, StoppedTone, Tone, Triangle
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe
 from tests.validation.lag import LAG, lag_recipe, lag_surrogate
@@ -96,13 +96,43 @@ def test_a_stopped_tone_stays_and_is_then_released() -> None:
     assert found == pytest.approx([2 * np.sin(1.9), stopped, stopped, 0.25, 0.25])
 
 
+def test_names_say_frequencies_and_amplitudes_with_their_units() -> None:
+    slow, fast = (Tone(350.0, size, 2 * math.pi * hz, 0.0) for size, hz in ((40, 0.5), (200, 2)))
+    assert told("a slow sine", [FORCE], [[slow], [fast]]) == (
+        "a slow sine of 0.5 to 2 Hz with an amplitude of 40 to 200 N"
+    )
+    stopped = StoppedTone(slow, 1.0, 2.0, 0.0)
+    assert told("a slow sine that stops, then a release", [FORCE], [[stopped]]) == (
+        "a slow sine of 0.5 Hz with an amplitude of 40 N that stops, then a release"
+    )
+    triangle = Triangle(0.0, 2.0, 2 * math.pi, 0.0)
+    assert told("a slow triangle", [ANGLE], [[triangle]]).endswith(
+        "of 1 Hz with an amplitude of 1 rad"
+    )
+    warm = Tone(300.0, 10.0, 2 * math.pi, 0.0)
+    assert told("a fast sine", [FORCE, HEATED], [[slow, warm]]) == (
+        "a fast sine of 0.5 to 1 Hz with an amplitude of 3.1 to 25 % of each range"
+    )
+
+
+def test_names_say_how_long_levels_last_and_how_fast_axes_move() -> None:
+    levels = HeldLevels((0.0, 1.0), (0.03, 1.234))
+    assert told("steps", [FORCE], [[levels]]) == "steps every 0.03 to 1.2 s"
+    moves = RepeatedMoves(0.0, 1.0, 1.4, 5.7, 0.1)
+    assert told("moves and rests", [JOINT], [[moves]]) == "moves and rests at up to 1.4 rad/s"
+    pair = told("moves and rests", [JOINT, FORCE], [[moves, moves]])
+    assert pair == "moves and rests"  # of different units
+
+
 def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) -> None:
     """A lag under a held input: an importer at h sees a jump late, the reference does not."""
     recipe = lag_recipe(tmp_path, "zero_order")
     surrogate = lag_surrogate(recipe, "zero_order")
     motions = user_motions(surrogate, case_of(recipe), silent)
-    assert [named.inputs for named in motions] == list(OF_INPUTS)
-    (steps, _) = next(each for named, each in motions.items() if named.inputs == "steps")
+    names = [named.inputs for named in motions]
+    assert len(names) == len(OF_INPUTS)
+    assert all(one.startswith(kind[:6]) for one, kind in zip(names, OF_INPUTS, strict=True))
+    (steps, _) = next(each for named, each in motions.items() if named.inputs[:5] == "steps")
     assert steps.grid == pytest.approx(0.0625 / 8)
     fine = steps.grid / 64
     middles = fine * (np.arange((len(steps.truth) - 1) * 64.0) + 0.5)

@@ -95,3 +95,44 @@ def names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
         name if found.count(name) == 1 else f"{name} {number}"
         for number, name in enumerate(found, start=1)
     ]
+
+
+FIRST_TOLD = "angular_frequency"
+"""The setting that says most about a kind; in rad/s."""
+
+
+def told_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
+    """Return the names of excitations, those of one kind with a setting in which they differ.
+
+    It is the first one that no other excitation of this kind shares, if there is one, such as
+    ``multisine 2 of 0.3 to 5.3 rad/s``. A list or a switch is not told.
+    """
+    names = names_of(kinds)
+    settings = [_told_settings(kind) for kind in kinds]
+    own = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
+    for place, kind in enumerate(own):
+        others = [s for k, s in enumerate(settings) if own[k] == kind and k != place]
+        for setting, text in settings[place].items():
+            if others and all(other.get(setting) != text for other in others):
+                names[place] += f" of {text}"
+                break
+    return names
+
+
+def _told_settings(kind: Kind | LoopRecipe) -> dict[str, str]:
+    """Return settings that are a number, a range or a name, as they stand in names of rows."""
+    found = {}
+    for name, text in kind.settings().items():
+        if "," in text or text == "yes":
+            continue
+        words = " to ".join(dict.fromkeys(map(_short, text.split(" .. "))))
+        found[name] = f"{words} rad/s" if name == FIRST_TOLD else f"{name} {words}"
+    return dict(sorted(found.items(), key=lambda item: item[0] != FIRST_TOLD))
+
+
+def _short(text: str) -> str:
+    """Return a number without zeros at its end; another text stays."""
+    try:
+        return f"{float(text):g}"
+    except ValueError:
+        return text

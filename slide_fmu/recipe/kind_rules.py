@@ -18,10 +18,17 @@ from slide_fmu.recipe.system import SystemRecipe
 
 
 class Motion(NamedTuple):
-    """A Motion is a kind of motion with its unique name and its kind of excitation."""
+    """A Motion is a kind of motion with its unique name and its kind of excitation.
+
+    Attributes:
+        name: unique name, as in the tables of the recipe.
+        kind: kind of its excitation.
+        told: its name in rows, where it may say more; empty for ``name``.
+    """
 
     name: str
     kind: str
+    told: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

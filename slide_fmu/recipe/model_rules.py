@@ -8,7 +8,7 @@ from typing import Any, Final, cast
 
 from slide_fmu.core.signals import FloatArray, Signal, moves
 from slide_fmu.excitation.base import Kind
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.mix import names_of, told_names_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
@@ -81,8 +81,9 @@ class ModelRules(KindRules):
 
     def motions(self, recipe: Recipe) -> list[Motion]:
         kinds = recipe.mix()
-        pairs = zip(names_of(kinds), (kind.kind for kind in kinds), strict=True)
-        return [Motion(*pair) for pair in pairs]
+        own = (kind.kind for kind in kinds)
+        found = zip(names_of(kinds), own, told_names_of(kinds), strict=True)
+        return [Motion(*each) for each in found]
 
     def described(
         self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool

@@ -88,7 +88,7 @@ def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
     """Return the motions of a validation by the names of their kinds."""
     recipe = validation.recipe
     found: dict[str, list[MeasuredMotion]] = {}
-    names = [motion.name for motion in rules_of(recipe).motions(recipe)]
+    names = [motion.told or motion.name for motion in rules_of(recipe).motions(recipe)]
     for comparison in validation.comparisons:
         if comparison.motion is not None:
             found.setdefault(names[comparison.kind], []).append(comparison.motion)

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.mix import Excitation, told_names_of
 
 STEP = 0.01
 FORCE = Signal("force", "N", -2.0, 2.0)
@@ -213,3 +213,27 @@ def test_recorded_inputs_name_their_file(scale: list[float], more: str, tmp_path
     path.write_text("time,force\n0,1\n1,-1\n", encoding="utf-8")
     text = described("file", (FORCE,), path=str(path), scale=scale)
     assert text == f"the inputs are parts of the file road.csv{more}"
+
+
+def test_kinds_of_one_name_are_told_apart_by_a_setting() -> None:
+    tables = [
+        {"kind": "multisine", "amplitude": [0.1, 0.5], "angular_frequency": [0.3, 5.0]},
+        {"kind": "multisine", "amplitude": [0.2, 0.2], "angular_frequency": [0.3, 94.0]},
+        {"kind": "multisine", "amplitude": [0.1, 0.5], "angular_frequency": [0.3, 94.0]},
+        {"kind": "harmonic", "angular_frequency": [2.0, 2.0]},
+        {"kind": "held_random", "amplitude": [0.1, 0.5]},
+        {"kind": "held_random", "amplitude": [0.25, 0.25]},
+        {"kind": "moving_average_random", "coefficients": [0.5, 0.5]},
+        {"kind": "moving_average_random", "coefficients": [0.5, 0.3, 0.2]},
+    ]
+    kinds = TypeAdapter(list[Excitation]).validate_python([{"weight": 1.0, **t} for t in tables])
+    assert told_names_of(kinds) == [
+        "multisine 1 of 0.3 to 5 rad/s",
+        "multisine 2 of amplitude 0.2",
+        "multisine 3",  # it shares each setting with one of the others
+        "harmonic",
+        "held_random 5 of amplitude 0.1 to 0.5",
+        "held_random 6 of amplitude 0.25",
+        "moving_average_random 7",  # of a list of numbers
+        "moving_average_random 8",
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.simulation import simulate
+from slide_fmu.validation.measure import motions_by_kind
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
@@ -108,3 +110,15 @@ def test_duration_may_be_short_of_the_least_by_half_a_step(
     else:
         with refused(ValueError, "expected at least 0.5 s", "FMU's windows"):
             validate(fmu, surrogate, case_of(PLAIN), task, silent)
+
+
+def test_rows_of_kinds_that_a_recipe_has_twice_say_which_one_they_are(finer: Validation) -> None:
+    kinds = [
+        {"kind": "harmonic", "weight": 1.0, "angular_frequency": [low, 9.0]} for low in (1.0, 4.0)
+    ]
+    comparisons = tuple(replace(one, kind=1 - k) for k, one in enumerate(finer.comparisons[:2]))
+    changed = replace(
+        finer, recipe=tiny_recipe(data={"excitation": kinds}), comparisons=comparisons
+    )
+    names = ["harmonic 1 of 1 to 9 rad/s", "harmonic 2 of 4 to 9 rad/s"]
+    assert list(motions_by_kind(changed)) == names

@@ -87,13 +87,13 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:
-        more = f"in addition to its outputs: {', '.join(offers)}" if offers else "outputs alone"
+        more = f"outputs, {', '.join(offers)}" if offers else "outputs alone"
         console.print(f"model   gives {more}")
     show_sizing(figures.window)
     console.print(
         f"window  the network sees {window.n_in} samples of the inputs and gives {window.n_out} "
-        f"of the outputs; a sample is {window.step_s:.10g} s; initial effects have "
-        f"{window.truncation_time_s:.4g} s to decay"
+        f"samples of the outputs. They are {window.step_s:.10g} s apart. Effects of the initial "
+        f"state have {window.truncation_time_s:.4g} s to decay."
     )
     if seconds is None:
         _show_parts(data)
@@ -122,7 +122,8 @@ def _show_costs(data: Costs, seconds: float) -> None:
     count = sum(data.trajectories.values())
     console.print(
         f"data    {least}{count} trajectories of {data.duration_s:g} s, each after a burn-in of "
-        f"{data.burn_in_s:g} s: {least or 'about '}{_minutes(data.expected_wall_time_s)} (number "
-        f"of processes: {data.workers}; each simulates {number(1.0 / seconds)} s per second); "
-        "training and validation take further time, often as much or more"
+        f"{data.burn_in_s:g} s. To simulate them takes {least or 'about '}"
+        f"{_minutes(data.expected_wall_time_s)} (number of processes: {data.workers}; each "
+        f"simulates {number(1.0 / seconds)} s per second). Training and validation take further "
+        "time, often several times as much."
     )

@@ -222,13 +222,12 @@ def _input(
 
 _ACTS: dict[Hold, str] = {
     "first_order": (
-        "The input moves linearly between samples. If it stays over each step in your use and "
-        'jumps at the next one, as a controller\'s output does, write hold = "zero_order". All '
-        "inputs need the same hold."
+        "The input goes straight from sample to sample. Is yours constant over each step, as the "
+        'output of a controller is? Then write hold = "zero_order". All inputs need the same hold.'
     ),
     "zero_order": (
-        "The input is held over each step, as a controller's output is. If it is smooth in your "
-        'use, hold = "first_order" is more accurate.'
+        "The input is constant over each step, as the output of a controller is. Is yours smooth? "
+        'Then hold = "first_order" is more accurate.'
     ),
 }
 """Comment of a recipe for each hold."""

@@ -146,8 +146,8 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
     if fastest is not None and (seen is None or seen >= ABOVE_MODES * fastest):
         step = tidy_step(1.0 / (OWN_SAMPLES * fastest))
         origin = (
-            f"The fastest mode at rest has {fastest:.3g} Hz. The rates of the inputs act too: if "
-            "these move faster, or springs harden, take a smaller step."
+            f"The fastest mode at rest has {fastest:.3g} Hz. The rates of the inputs act too. If "
+            "your inputs move faster, or springs harden, take a smaller step."
         )
         return step, f"{origin} {_why(step, fastest, hold)}", None
     failed = proposed.failed and (
@@ -156,25 +156,24 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
     )
     step = proposed.step
     if proposed.own is not None:
-        origin = (
-            f"After its inputs have come to rest, it moves on with up to {proposed.own:.3g} Hz."
-        )
+        origin = f"When its inputs rest, the model moves on with up to {proposed.own:.3g} Hz."
         return step, f"{origin} {_why(step, proposed.own, hold)}", failed
     if seen is not None:
         origin = (
-            f"Up to {seen:.3g} Hz an output answers with {100 * GAIN:g} % of its largest gain."
+            f"Up to {seen:.3g} Hz, an output has a gain of {100 * GAIN:g} % of its largest one."
         )
         return step, f"{origin} {_why(step, seen, hold)}", failed
-    return step, f"Assumed: the outputs show no dynamics of their own. {_fitting(step)}", failed
+    origin = "This step is assumed, since the outputs show no dynamics of their own."
+    return step, f"{origin} {_fitting(step)}", failed
 
 
 def _why(step: float, frequency: float, hold: Hold) -> str:
     """Say what a step in s takes of a period of a frequency in Hz, and what it loses of inputs."""
-    text = f"A step of {step:g} s takes {1.0 / (frequency * step):.2g} samples in such a period"
+    text = f"A step of {step:g} s takes {1.0 / (frequency * step):.2g} samples in such a period."
     if hold == "first_order":
         lost = percent(lost_by_lines(frequency, step))
-        text += f", between which straight lines lose {lost} of an input's amplitude"
-    return f"{text}. {_fitting(step)}"
+        text += f" At this frequency, straight lines between samples lose {lost} of the amplitude."
+    return f"{text} {_fitting(step)}"
 
 
 def _fitting(step: float) -> str:
@@ -186,8 +185,8 @@ def _fitting(step: float) -> str:
 
     *others, last = [str(usual) for usual in USUAL if fits(usual / 1000.0)]
     return (
-        f"Steps of {', '.join(others)} and {last} ms, which importers often have, divide it or "
-        "are divided by it."
+        f"The step fits those that importers often have: {', '.join(others)} and {last} ms are "
+        "whole parts or multiples of it."
     )
 
 

@@ -120,9 +120,9 @@ def recipe_text(draft: ModelDraft) -> str:
         *comment_lines(draft.step_origin),
         f"step = {value_text(draft.step)}",
         *comment_lines(
-            "The lengths n_in and n_out follow from how long the system remembers: until this "
-            "part of what happened before is left. Without this key it is 0.01, with a shorter "
-            "window that loses more."
+            "The window is as long as the memory of the system: after it, this part is left of "
+            "what happened before. slide-fmu finds its lengths n_in and n_out. A larger number, "
+            "such as the default 0.01, gives a shorter window and larger errors."
         ),
         "remaining_amplitude = 0.001",
         "",
@@ -171,9 +171,9 @@ def _bound_lines(step: float) -> list[str]:
     short, long = (value_text(float(f"{count * step:.3g}")) for count in (SHORT, LONG))
     return [
         *comment_lines(
-            "The FMU gives a bound of its own error at every step, and an estimate of it over "
-            "estimate_span, in s; without this table it does not. How many trajectories that "
-            "takes follows from how long one is simulated."
+            "This table gives the FMU a bound of its error at every step. The FMU also estimates "
+            "its RMS error over the last estimate_span seconds. slide-fmu chooses the number of "
+            "trajectories for this by the time that it takes to simulate one."
         ),
         "[bound]",
         f"estimate_span = {long}",
@@ -182,7 +182,7 @@ def _bound_lines(step: float) -> list[str]:
         f"short_span = {short}",
         f"long_span = {long}",
         "",
-        "# The second network behind the bound has one random start; the first one has more.",
+        "# A second network helps to find the bound. One random start is enough for its training.",
         "[bound.expert.companion]",
         "starts = 1",
         "",
@@ -192,15 +192,16 @@ def _bound_lines(step: float) -> list[str]:
 def _further_lines(kinds: Sequence[KindTable]) -> list[str]:
     """Return the kinds of input that only the bound learns from."""
     lines = comment_lines(
-        "Only the bound learns from these: motions that are straight between points, as coarse "
-        "tables and masters with longer steps give them. It is not calibrated on them, and may "
-        "cover less than 95 % of their errors."
+        "Only the error bound learns from these inputs. They are straight between points, as "
+        "inputs from coarse tables and from importers with longer steps are. The bound is not "
+        "calibrated on them, so it may cover less than 95 % of their errors."
     )
     return [*lines, *_tables("bound.excitation", kinds)] if kinds else []
 
 
 _STABILITY = (
-    "# Motions keep their positions and become faster: twice the speed is four times the load.",
+    "# The network is tested with motions that are faster by these factors. They have the same",
+    "# positions. Twice the speed means four times the load.",
     "[stability]",
     "amplitudes = [1.0, 1.5, 2.0]",
     "",
@@ -210,18 +211,18 @@ _STABILITY = (
 
 _LIMITS: dict[InputKind, str] = {
     "rates": (
-        "The rates of the inputs act too, so all motions are smooth: if yours are faster, or have "
-        "steps, say so here."
+        "The rates of the inputs act on the model too, so all inputs here are smooth. If yours "
+        "are faster, or have steps, change these tables."
     ),
     "set_points": (
-        "The inputs are set points of drives, which go from point to point. Speed and "
-        "acceleration are limits for each input, in its unit per s and s^2, assumed from its "
-        "range and the step: give those of your drives."
+        "The inputs are set points of drives, which move from point to point. The keys speed and "
+        "acceleration are limits of each input, in its unit per s and per s^2. They are assumed "
+        "from its range and the step. Write the limits of your drives."
     ),
     "angle": (
-        "The inputs are cosine and sine of one angle, whose speed goes up and down. Speed and "
-        "acceleration are limits in rad/s and rad/s^2, assumed from the step: give those of your "
-        "machine."
+        "The inputs are cosine and sine of one angle, whose speed goes up and down. The keys "
+        "speed and acceleration are its limits in rad/s and rad/s^2. They are assumed from the "
+        "step. Write the limits of your machine."
     ),
 }
 """Comments on assumed limits, by the kind of the inputs."""
@@ -233,13 +234,13 @@ def _chain_lines(chain: str | None) -> list[str]:
         return []
     return [
         *comment_lines(
-            "The inputs are the set points of this robot's joints; features follow from its "
-            "geometry and masses."
+            "The inputs are the set points of the joints of this robot. The network also sees "
+            "what follows from its geometry and masses."
         ),
         f"chain = {value_text(chain)}",
         *comment_lines(
-            f"How the joints follow their set points, one of {', '.join(DRIVE_LAWS)}, or weights "
-            "(docs/robots.md)."
+            "This key says how the joints follow their set points. It is one of "
+            f"{', '.join(DRIVE_LAWS)}, or weights (docs/robots.md)."
         ),
         f"drive = {value_text(DEFAULT_LAW)}",
     ]
@@ -251,7 +252,7 @@ def _parameter_lines(parameters: Sequence[DeclaredParameter], fmu_step: float | 
     lines = ["", "[system.parameters]"]
     if fmu_step is not None:
         lines += comment_lines(
-            "The step in s by which the FMU is run; its inputs are held over it, as fmpy does."
+            "The FMU runs with this step, in s. Its inputs are held over the step, as fmpy does."
         )
         lines.append(f"fmu-step = {value_text(fmu_step)}")
     if parameters:
@@ -267,8 +268,9 @@ def heading_lines(name: str, description: str) -> list[str]:
     """Write the heading of every proposed recipe."""
     return [
         *comment_lines(
-            "This recipe was proposed by slide-fmu init. Every line may be changed; what is not "
-            "here has a default. Try it with: slide-fmu try, then run it with: slide-fmu run."
+            "slide-fmu init proposed this recipe. You may change every line. A key that is not "
+            "here has its default. Check the recipe with: slide-fmu try. Then make the FMU with: "
+            "slide-fmu run."
         ),
         f"name = {value_text(name)}",
         f"description = {value_text(description)}",
@@ -301,16 +303,17 @@ def _data_lines(substeps: int, jumps: bool | None) -> list[str]:
     lines = []
     if substeps > 1:
         lines += comment_lines(
-            "Sines bend between samples: the model gets them in this many parts of a step."
+            "Sines are curved between samples. So the model gets the inputs in this many parts of "
+            "each step."
         )
         lines.append(f"substeps = {substeps}")
     if jumps is not None:
         lines += comment_lines(
-            "Do your inputs jump, as with a switch, a valve or an emergency stop? With jumps = "
-            "true they do so at any time within a step: the kinds steps, held_random, binary and "
-            "stops. Without it they go straight to the next value within one step, and the error "
-            "bound knows nothing of jumps. Made by init with --jumps, a recipe also draws larger "
-            "and more of them."
+            "Do your inputs jump, as with a switch, a valve or an emergency stop? Then write "
+            "jumps = true. The kinds steps, held_random, binary and stops then jump at any time "
+            "within a step. With jumps = false, the default, inputs go straight to the next value "
+            "within one step, and the error bound does not know jumps. A recipe of slide-fmu init "
+            "--jumps has more and larger jumps."
         )
         lines.append("jumps = true" if jumps else "# jumps = true")
     return ["[data]", *lines, ""] if lines else []
@@ -318,9 +321,10 @@ def _data_lines(substeps: int, jumps: bool | None) -> list[str]:
 
 def _excitation_lines(draft: ModelDraft) -> list[str]:
     lines = comment_lines(
-        "The inputs of the training: weights say how often a kind is drawn, amplitudes are parts "
-        'of an input\'s range, angular frequencies are in rad/s, durations in s. A kind "file" '
-        "with a path takes inputs of your own, recorded as CSV."
+        "Each of these tables is a kind of input for the training. Its weight says how often it "
+        "is drawn. Amplitudes are parts of half the range of an input. Angular frequencies are in "
+        "rad/s, durations in s. To use recorded inputs of your own, add a table with kind = "
+        '"file" and the path of a CSV file.'
     )
     lines += comment_lines(_LIMITS.get(draft.kind_of_inputs, ""))
     return [*lines, *_tables("data.excitation", draft.excitation)]

@@ -39,10 +39,10 @@ class RecordDraft(Draft):
 _NETWORK = (
     "[network]",
     *comment_lines(
-        "Half of the hidden units are clipped cubes, half are tanh: springs that harden need "
-        "fewer hidden units this way. For an FMU that will be used beyond the amplitudes of the "
-        'records, write "auto": trial networks learn from small amplitudes, and the one with '
-        "the least error at the largest amplitudes is chosen."
+        "Half of the hidden units are clipped cubes, and half are tanh. Springs that harden need "
+        "fewer units this way. Do you use the FMU beyond the amplitudes of the records? Then "
+        'write "auto". Trial networks then learn from small amplitudes, and the one with the '
+        "least error at the largest amplitudes is taken."
     ),
     'units = "mixed"',
     "",
@@ -81,8 +81,9 @@ def _window_lines(draft: RecordDraft) -> list[str]:
         *comment_lines(draft.step_origin),
         f"step = {value_text(draft.step)}",
         *comment_lines(
-            "The lengths n_in and n_out follow from the poles of a linear fit: until this part of "
-            "what happened before is left."
+            "The window is as long as the memory of the system: after it, this part is left of "
+            "what happened before. slide-fmu finds its lengths n_in and n_out from the poles of a "
+            "linear fit."
         ),
         f"remaining_amplitude = {value_text(draft.remaining_amplitude)}",
         "",
@@ -95,8 +96,9 @@ def _data_lines(draft: RecordDraft) -> list[str]:
         *comment_lines(draft.by_origin),
         f"by = {value_text(draft.by)}",
         *comment_lines(
-            "Shares of all samples: for training, for the choice among networks, and for the test "
-            "(an error estimator has shares of its own, estimator and estimator_validation):"
+            "These are the shares of all samples for the training, for the choice among networks, "
+            "and for the test. An error estimator has two shares of its own, estimator and "
+            "estimator_validation."
         ),
         "# shares = { train = 0.7, validation = 0.15, test = 0.15 }",
         "",
@@ -106,14 +108,14 @@ def _data_lines(draft: RecordDraft) -> list[str]:
 def _estimator_lines(estimates: bool) -> list[str]:
     if estimates:
         return [
-            *comment_lines("The FMU estimates its own error; without this table it does not."),
+            *comment_lines("With this table, the FMU estimates its own error."),
             "[estimator]",
             "",
         ]
     return [
         *comment_lines(
-            "An error estimator needs samples and inputs of its own, with all outputs, of which "
-            "there are few here; with enough of them the table [estimator] brings one."
+            "The FMU has no error estimate: that needs more samples than there are here, with "
+            "inputs of their own and all outputs. With more samples, add the table [estimator]."
         ),
         "",
     ]

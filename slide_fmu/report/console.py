@@ -78,7 +78,7 @@ def print_curve(curve: Curve | None, console: Console) -> None:
     """Print the learning curve by which numbers of trajectories were found, if there is one."""
     if curve is not None and curve.points:
         print_table(curve_table(curve), console)
-        console.print(f"it ended: {curve.ended}")
+        console.print(f"The learning curve ended: {curve.ended}.")
 
 
 def print_sizes(sizes: tuple[TriedSize, ...] | None, console: Console) -> None:

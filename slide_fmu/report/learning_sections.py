@@ -94,8 +94,8 @@ def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> ReportSecti
     """Show the sizes of the network that were tried, and the part of the error still learnable."""
     text = (
         "Validation errors are RMSE in scaled units, after the short runs by which a size is "
-        "judged; the chosen one is trained longer. The learnable part could be predicted from the "
-        "inputs by a regression on the residual; no figure: the search did not ask."
+        "judged. The chosen one is trained longer. A regression on the residual says which error "
+        "could still be learnt from the inputs. It was not needed where there is no figure."
     )
     text += "" if remark is None else f" Remark: {remark}."
     return ReportSection("Sizes tried", text, size_table(sizes))

@@ -65,7 +65,7 @@ def training_table(histories: Mapping[str, History]) -> ReportTable:
 
 def size_table(sizes: Sequence[TriedSize]) -> ReportTable:
     """Return the sizes that a search has tried."""
-    heading = "order", "hidden units", "parameters", "validation error", "of which learnable"
+    heading = "order", "hidden units", "parameters", "validation error", "error still learnable"
     rows = (
         (
             str(size.order),

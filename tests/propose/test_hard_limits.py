@@ -142,7 +142,7 @@ def proposed(folder: Path, text: str) -> Path:
 
 def before_data(text: str) -> str:
     """What a proposed recipe says before its data."""
-    start = "[data]" if "[data]" in text else "# The inputs of the training"
+    start = "[data]" if "[data]" in text else "# Each of these tables"
     return text[: text.index(start)]
 
 

@@ -239,7 +239,7 @@ def test_init_and_try_lead_from_a_record_to_its_window(
     assert begun.exit_code == 0, begun.output
     recipe = " ".join((tmp_path / "bench.toml").read_text(encoding="utf-8").split())
     assert "Half of the hidden units" in recipe
-    assert "Shares of all samples: for training," in recipe
+    assert "the shares of all samples for the training," in recipe
     tried = invoke("try", "bench.toml", "--json", "bench.json")
     assert tried.exit_code == 0, tried.output
     figures = json.loads((tmp_path / "bench.json").read_text())
@@ -247,4 +247,4 @@ def test_init_and_try_lead_from_a_record_to_its_window(
     assert figures["data"]["trajectories"]["train"] >= 1
     assert figures["data"]["wall_time_per_simulated_second_s"] is None
     assert "slowest pole" in tried.output
-    assert "initial effects have" in tried.output
+    assert "Effects of the initial state have" in tried.output

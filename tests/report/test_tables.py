@@ -56,7 +56,7 @@ def test_console_shows_sizes_and_curve(capsys: pytest.CaptureFixture[str]) -> No
     print_curve(CURVE, console)
     print_sizes(SIZES, console)
     shown = capsys.readouterr().out
-    for text in ("9.12 %", "6.25 %", "it ended: it was enough"):
+    for text in ("9.12 %", "6.25 %", "The learning curve ended: it was enough."):
         assert text in shown
 
 

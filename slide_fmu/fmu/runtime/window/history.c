@@ -440,15 +440,12 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
 static void sample_of(const SlideReader *reader, size_t input, double begin, double end,
                       const SlideActing *acting) {
     const Course course = course_of(reader, input, begin, end);
-    double held, corrected;
-    if (course.all_moves && !reader->straight &&
-        held_for(reader, input, begin, end, &held, &corrected)) {
-        acting->inputs[input] = held;
-        acting->corrected[input] = corrected;
-    } else {
-        acting->inputs[input] = course.mean;
-        acting->moments[input] = course.moment;
-    }
+    const bool may = course.all_moves && !reader->straight;
+    double held = course.mean, corrected = 0;
+    const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected);
+    acting->inputs[input] = smooth ? held : course.mean;
+    acting->corrected[input] = smooth ? corrected : held - course.mean;
+    acting->moments[input] = smooth ? 0 : course.moment;
 }
 
 /* Inputs of which some steps may move. */

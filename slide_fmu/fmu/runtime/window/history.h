@@ -115,7 +115,8 @@ void slide_history_at(SlideReader *reader, double time, double *inputs);
 /* What acts on the networks in a sample, [n_inputs] each. */
 typedef struct {
     double *inputs;    /* physical */
-    double *corrected; /* how much of it is a correction of an input that moves smoothly; else 0 */
+    double *corrected; /* of an input that moves: how much of it is a correction, or, where it may have a
+                          kink, how much more it would be if it had none; else 0 */
     double *moments;   /* of others, the mean of (u - mean) (t - middle) / h over the sample: how much
                           later than their mean they come; else 0 */
 } SlideActing;

@@ -29,7 +29,9 @@ SCREEN = 60
 
 RELEASED = {
     "linear": 1e-6,
+    "linear_10ms": 1e-6,
     "duffing": 0.0015,
+    "duffing_10ms": 0.0015,
     "mass_chain": 0.02,
     "slider_crank": 0.005,
     "slider_crank_payload": 0.005,

@@ -157,6 +157,25 @@ def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
     assert np.ptp(spread) > 0.1
 
 
+@both_holds
+def test_mixed_steps_of_smooth_inputs_give_the_whole_window(load: Load, hold: Hold) -> None:
+    """Most steps end where no phase is: after some that saw all anew, outputs are interpolated."""
+    surrogate = forecasting_as(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL), hold)
+    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    lengths = np.random.default_rng(1).choice([1, 1 / 2, 1 / 4, 1 / 5, 1 / 8, 0.3], 400)
+    times = np.cumsum([0.0, *lengths[:-1]])[:, None]
+    scaled = 0.8 * np.sin(times * np.array([0.15, 0.12]) + np.array([0.3, 1.0]))
+    rows, spread = surrogate.input_scaling.invert(scaled), []
+    found = go(native, lengths, rows, 2)
+    for k, (length, row) in enumerate(zip(lengths, rows, strict=True)):
+        outputs, _ = oracle.step(float(length) * STEP, row).results()
+        spread.append(outputs)
+        if k > 200:
+            near = 1e-3 if hold == "first_order" else 2e-2
+            np.testing.assert_allclose(found[k], outputs, rtol=0, atol=near, err_msg=f"{k}")
+    assert np.ptp(spread) > 1
+
+
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("shape", [SHAPES["cell"], SHAPES["layers"]], ids=["cell", "layers"])
 def test_stairs_at_a_tenth_of_the_step_lose_nothing(load: Load, shape: Shape, held: bool) -> None:

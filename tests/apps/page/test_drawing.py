@@ -24,7 +24,9 @@ from tests.refusals import refused
 
 DRAWINGS = {
     "duffing": "oscillator",
+    "duffing_10ms": "oscillator",
     "linear": "oscillator",
+    "linear_10ms": "oscillator",
     "mass_chain": "mass_chain",
     "slider_crank": "slider_crank",
     "slider_crank_payload": "slider_crank",

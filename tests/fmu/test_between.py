@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import Hold
-from tests.fmu.any_step import LASTING, both_holds, drawn, go
+from tests.bounded import bounded_surrogate
+from tests.fmu.any_step import FORGETFUL, LASTING, both_holds, drawn, go
 from tests.fmu.derivatives import derivatives
-from tests.fmu.moving_inputs import forecasting, moving_inputs
+from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
 from tests.fmu.native import ERROR, OK, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_error_bounds import places, surrogate_of
@@ -111,3 +112,38 @@ def test_novelty_is_the_largest_of_the_phases_behind_the_outputs(load: Load) -> 
             assert found >= alone[j] * (1 - 1e-3)
             others.append(found > 1.01 * alone[j])
     assert any(others)
+
+
+def test_many_new_phases_under_long_steps_leave_later_steps_their_own(load: Load) -> None:
+    """Long steps take in all samples anew whatever that costs: half steps after them still go on in
+    phases of their own, after at most a window for each."""
+    surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL))
+    native, oracle = load(surrogate).instance().start(), Moving(surrogate, known=True)
+    lengths = [3, 0.17] * 100 + [1, 0.33] + [0.5] * 100
+    rows = drawn(len(lengths), 2)
+    found = go(native, lengths, rows, 2)[-20:]
+    newest = list(zip(lengths, rows, strict=True))[-150:]
+    exact = [oracle.step(length * STEP, row).results()[0] for length, row in newest]
+    np.testing.assert_allclose(found, exact[-20:], rtol=0, atol=2e-4)
+
+
+def test_bound_before_the_first_sample_ends_is_that_of_the_start(load: Load) -> None:
+    """Outputs lie between phases; reading it then changes nothing of what is read later."""
+    surrogate = bounded_surrogate(
+        Shape(n_in=3, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape(3, 4, contraction=0.9))
+    )
+    loaded, place = load(surrogate), places(surrogate, "ERROR_BOUND")
+    one, other = loaded.instance().start(), loaded.instance().start()
+    assert one.set(0.5, 0.5) == other.set(0.5, 0.5) == OK
+    at_start = one.get(*place)
+    for _ in range(3):
+        go(one, [1e-4], np.full((1, 2), 0.5))
+        assert one.get(*place) == at_start
+    go(other, [1e-4] * 3, np.full((3, 2), 0.5))
+    rows = np.concatenate([np.full((5, 2), 0.5), drawn(26, 2)])
+    for native in (one, other):
+        go(native, [0.999] * 31, rows)
+    for row in drawn(8, 2):
+        go(one, [0.17], row[None])
+        go(other, [0.17], row[None])
+        assert one.get(*place) == other.get(*place)

@@ -28,9 +28,9 @@ from tests.fmu.derivatives import (
     inputs_for,
     surrogate_of,
 )
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
-from tests.fmu.samples import SEEN, STEP, CellShape, random_surrogate
+from tests.fmu.samples import SEEN, STEP, CellShape, Shape, random_surrogate
 from tests.marks import every
 
 SINGLE = 2e-5
@@ -265,3 +265,19 @@ def test_derivatives_of_unknown_variables_or_without_values_are_refused(load: Lo
     assert ask(2, 0) == OK
     native.call("fmi2Terminate")
     assert ask(2, 0) == OK
+
+def test_derivatives_after_a_first_step_longer_than_a_short_window(load: Load) -> None:
+    """All samples were taken in anew, also those that the next ones may change."""
+    shape = Shape(n_in=2, n_out=1, n_inputs=2, n_outputs=2, cell=CellShape(4, 9, contraction=0.6))
+    loaded, inputs = load(random_surrogate(shape)), np.array([0.4, 0.7])
+
+    def after(moved: FloatArray) -> Native:
+        native = loaded.instance().start()
+        assert native.set(*moved) == OK
+        assert native.do_step(0.0, 40 * STEP) == OK
+        return native
+
+    found = derivatives(after(inputs), 2, 2)
+    for i, direction in enumerate(3e-3 * np.eye(2)):
+        change = [np.array(after(inputs + sign * direction).get(2, 2)) for sign in (1, -1)]
+        np.testing.assert_allclose(found[:, i], (change[0] - change[1]) / 6e-3, atol=1e-3)

@@ -219,6 +219,25 @@ def test_state_goes_on_to_the_bit_at_any_phase(load: Load, length: float, hold: 
     np.testing.assert_array_equal(go(one.start(), [length] * 40, rows[:40], 4), fresh)
 
 
+def test_state_of_a_short_window_has_all_that_later_steps_look_back_at(load: Load) -> None:
+    """Of a held input that moves smoothly also how it bent before the samples that are open; the
+    other instance has nothing of what the first one had earlier."""
+    shape = Shape(n_in=2, n_out=1, n_inputs=2, n_outputs=2, differences=1, cell=CellShape())
+    surrogate = random_surrogate(shape)
+    loaded = load(surrogate)
+    one = loaded.instance(held=False).start()
+    lengths, sine = [0.19] * 29 + [3.0] * 18 + [0.5] * 18, np.sin(0.1 * np.arange(65))
+    jumps = np.repeat([-1.2, 1.1, -1.7], [48, 8, 9])
+    rows = np.stack([jumps, sine], axis=1)
+    go(one, lengths[:47], rows[:47])
+    for k in range(47, 65):
+        other = loaded.instance(held=False).start()
+        go(other, [1] * 20, drawn(20, 2))
+        assert other.restore(one.save()) == OK
+        length, row = lengths[k : k + 1], rows[k : k + 1]
+        np.testing.assert_array_equal(go(other, length, row, 2), go(one, length, row, 2), f"{k}")
+
+
 @both_holds
 def test_both_standards_give_the_same_bits(load: Load, hold: Hold) -> None:
     surrogate = forecasting_as(dataclasses.replace(CELL, positions=2), hold)

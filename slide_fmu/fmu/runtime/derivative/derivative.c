@@ -154,6 +154,7 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
     const SlideSeen *seen = slide_now(state);
     const uint64_t most = model->n_redone - SLIDE_BEFORE, looked = state->head->n_looked;
     const uint64_t n_window = model->predictor.n_samples;
+    const uint64_t n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;
     replay.n_taken = state->head->n_since;
     if (slide_stream_fresh(state)) {
         replay.n_taken = 0;
@@ -161,17 +162,19 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
         replay.n_moved = replay.settled ? 0 : seen->head->n_open;
         replay.anew = !replay.settled;
     } else if (slide_stream_first_held(state)) {
+        /* the first sample counts as settled, too, where it is held, and those it may change */
+        const uint64_t n_settled = (slide_stream_forecasts(model, state) ? 0 : 1) +
+                                   (model->n_unsettled > 0 ? SLIDE_SPREAD : 0);
         replay.settled = true;
         replay.n_moved = state->head->n_since;
-        replay.anew = state->head->moved != 0 || replay.n_moved == 0;
+        replay.anew = state->head->moved != 0 || replay.n_moved == 0 || replay.n_moved < n_settled;
         replay.n_moved = replay.anew ? model->n_redone : replay.n_moved;
-        /* the first sample counts as settled, too, where it is held, and those it may change */
-        replay.n_taken -= !replay.anew && !slide_stream_forecasts(model, state);
-        replay.n_taken -= !replay.anew && model->n_unsettled > 0 ? SLIDE_SPREAD : 0;
+        replay.n_after = n_after;
+        replay.n_taken -= replay.anew ? 0 : n_settled;
     } else if (state->head->between || looked > 0) {
         /* what networks have seen ends at other times, or all was read from the history */
         replay.n_moved = model->n_redone;
-        replay.n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;
+        replay.n_after = n_after;
         replay.anew = true;
     } else {
         replay.n_moved = n_moved_of(model, state);

@@ -21,9 +21,11 @@ enum {
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       uint32_t steps_per_sample, bool first_order,
                                       const bool *cosine) {
-    const uint64_t capacity = ((uint64_t)steps_per_sample + 1) * ((uint64_t)n_samples + 2);
+    /* a phase may end so many samples ago; held ones get something from one before and bend on */
+    const uint64_t read = (uint64_t)n_samples + 2 + (first_order ? 0 : 1 + N_BENDS);
+    const uint64_t capacity = ((uint64_t)steps_per_sample + 1) * read;
     const double shortest = 2 * sample_step / steps_per_sample;
-    const double reach = ((double)n_samples + 2) * sample_step;
+    const double reach = (double)read * sample_step;
     return (SlideHistoryShape){n_inputs,    capacity, shortest,    SLACK * sample_step,
                                sample_step, reach,    first_order, cosine};
 }

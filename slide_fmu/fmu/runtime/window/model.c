@@ -55,8 +55,8 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
     const bool apart = model->bound.memory_length > 0 && !payload->first_order;
     model->others = (SlideSamplesShape){payload->n_inputs, apart ? model->samples.capacity : 0};
     model->history =
-        slide_history_shape(payload->n_inputs, model->memory_length, payload->step,
-                            steps_per_sample, payload->first_order, model->cosine);
+        slide_history_shape(payload->n_inputs, model->memory_length + model->n_unsettled,
+                            payload->step, steps_per_sample, payload->first_order, model->cosine);
 }
 
 static void place_undo(SlideModel *model, SlideArena *arena) {

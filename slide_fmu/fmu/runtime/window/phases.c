@@ -344,7 +344,7 @@ bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
         *place = vacant(model, state);
         done = see_all(model, state, &state->seen[*place], time, least_open);
         seen->head->used = done && fitting ? 0 : seen->head->used;
-        state->head->credit -= !fitting;
+        state->head->credit -= fitting ? 0 : fmin(state->head->credit, 1);
     }
     state->seen[*place].head->used = state->head->n_steps + 1;
     return done;

@@ -425,11 +425,15 @@ const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *
     return found;
 }
 
+/* At least until sample 0: a phase that ends before it has what was before the start, and in the place
+ * of sample 0 that which the start has there. */
 static void bound_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
                         SlideBoundState *bound) {
+    const uint64_t least = model->samples.capacity;
     const bool apart = model->others.capacity > 0;
     slide_bound_catch_up(&model->bound, model->kernel, &model->samples,
-                         apart ? &seen->others : &seen->samples, count, bound);
+                         apart ? &seen->others : &seen->samples, count > least ? count : least,
+                         bound);
 }
 
 static void conclude(const SlideModel *model, SlideState *state, SlideBoundState *bound) {
@@ -459,6 +463,7 @@ const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *s
     bound_until(model, seen, *seen->samples.count, ahead);
     ahead->predicted = predicted;
     conclude(model, state, ahead);
+    slide_bound_take_back(&model->bound, &seen->bound, *seen->samples.count);
     state->head->concluded = state->head->n_steps + 1;
     return ahead;
 }

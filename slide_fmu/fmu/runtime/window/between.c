@@ -15,7 +15,8 @@ bool slide_between_serves(const SlideModel *model, SlideState *state) {
     if (model->n_phases < N_GRID || !slide_is_recurrent(model->predictor.family)) {
         return false;
     }
-    const double n_samples = head->last_length / model->step; /* that each node goes on by */
+    /* that each node goes on by, also those of the step before, or it sees all anew, too */
+    const double n_samples = fmax(head->last_length, head->length_before) / model->step;
     return head->n_phases == 0 ||
            (head->credit < 1 && N_GRID * n_samples < model->predictor.n_samples &&
             !slide_phases_have(model, state, slide_clock_time(&head->inner)));

@@ -137,7 +137,9 @@ static bool renew(const SlideModel *model, SlideState *state, SlideSeen *seen, u
     }
     seen->head->end = end;
     seen->head->n_open = n_open;
-    judge(model, state, seen, given);
+    if (from > 0) { /* new samples come; else no more is known than before */
+        judge(model, state, seen, given);
+    }
     return true;
 }
 

@@ -34,6 +34,7 @@ RELEASED = {
     "duffing_10ms": 0.0015,
     "mass_chain": 0.02,
     "slider_crank": 0.005,
+    "slider_crank_20ms": 0.005,
     "slider_crank_payload": 0.005,
     "robot_6r": 0.009,
 }

@@ -29,6 +29,7 @@ DRAWINGS = {
     "linear_10ms": "oscillator",
     "mass_chain": "mass_chain",
     "slider_crank": "slider_crank",
+    "slider_crank_20ms": "slider_crank",
     "slider_crank_payload": "slider_crank",
     "robot_6r": "robot",
 }

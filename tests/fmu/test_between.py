@@ -115,8 +115,8 @@ def test_novelty_is_the_largest_of_the_phases_behind_the_outputs(load: Load) -> 
 
 
 def test_many_new_phases_under_long_steps_leave_later_steps_their_own(load: Load) -> None:
-    """Long steps take in all samples anew whatever that costs: half steps after them still go on in
-    phases of their own, after at most a window for each."""
+    """Long steps take in all samples anew whatever that costs: half steps after them still go on
+    in phases of their own, after at most a window for each."""
     surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL))
     native, oracle = load(surrogate).instance().start(), Moving(surrogate, known=True)
     lengths = [3, 0.17] * 100 + [1, 0.33] + [0.5] * 100

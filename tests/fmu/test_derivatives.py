@@ -266,6 +266,7 @@ def test_derivatives_of_unknown_variables_or_without_values_are_refused(load: Lo
     native.call("fmi2Terminate")
     assert ask(2, 0) == OK
 
+
 def test_derivatives_after_a_first_step_longer_than_a_short_window(load: Load) -> None:
     """All samples were taken in anew, also those that the next ones may change."""
     shape = Shape(n_in=2, n_out=1, n_inputs=2, n_outputs=2, cell=CellShape(4, 9, contraction=0.6))

@@ -40,12 +40,12 @@ typedef struct {
                            of range last; or -infinity */
     double doubt;       /* s of the inner time, until when inputs did what samples do not show: they
                            jumped where they move in the training; or -infinity */
-    uint32_t between;   /* are the outputs interpolated between phases? */
     uint32_t mode;      /* SlideMode of instance.h */
     uint32_t current;   /* outputs belong to the present state */
     uint32_t moving;    /* the inputs of the next step have derivatives that count: not all zero, or
                            in the place of a forecast */
     uint32_t moved;     /* those of the last step had */
+    uint32_t between;   /* are the outputs interpolated between phases? */
 } SlideHead;
 
 /* Most of SlideHead.credit: enough for an importer that changes to another step. */

@@ -162,7 +162,8 @@ static void doubt(const SlideModel *model, SlideState *state) {
 static void know(const SlideModel *model, SlideState *state) {
     const SlideHead *head = state->head;
     const SlideHistoryShape *shape = &model->history;
-    const bool sampled = !head->between && head->last_length <= model->step;
+    const bool sampled =
+        head->n_phases > 0 && !head->between && head->last_length <= model->step;
     memcpy(state->history.end, state->before.given, model->n_inputs * sizeof(double));
     if (sampled || !shape->first_order) {
         *state->forecast.spacing = 0;

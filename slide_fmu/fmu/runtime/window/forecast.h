@@ -1,5 +1,5 @@
 /* The forecast of inputs: what they are expected to be at the end of a step, from what they were
- * until its start. slide_fmu/surrogate/input_forecast.py has the same equations. */
+ * until its start. tests/bounds/forecast_along.py has the same equations. */
 #ifndef SLIDE_FORECAST_H
 #define SLIDE_FORECAST_H
 

@@ -56,6 +56,7 @@ def random_bound(
         tolerances=tolerances,
         floors=0.3 * tolerances[::-1],
         shares=np.linspace(1.0, 0.5, n_outputs),
+        doubt=0.75,
         quietest=np.linspace(-6.0, 0.0, n_statistics - n_seen),
         estimator=estimator,
     )

@@ -13,6 +13,7 @@ import numpy as np
 import torch
 
 from slide_fmu.bounds.head import fit_head
+from slide_fmu.bounds.held_doubt import doubt_of
 from slide_fmu.bounds.judge import fit_judge, tolerances_of
 from slide_fmu.bounds.observations import observed, require_finite
 from slide_fmu.core.block_means import block_lengths
@@ -65,5 +66,6 @@ def fit_bound(
     terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
     judge = fit_judge(mixes, *terms, lambda of: fit_head(of, recipe, checkpoint, device, stage))
     tolerances = tolerances_of(judge, recipe.false_alarms)
-    bound = judge.error_bound(companion, blocks, surrogate.estimator, tolerances)
+    doubt = doubt_of(companion) if surrogate.hold == "zero_order" else 0.0
+    bound = judge.error_bound(companion, blocks, surrogate.estimator, tolerances, doubt)
     return bound, judge.history

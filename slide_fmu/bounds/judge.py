@@ -72,6 +72,7 @@ class Judge:
         blocks: tuple[int, int],
         estimator: ErrorEstimator | None,
         tolerances: FloatArray,
+        doubt: float,
     ) -> ErrorBound:
         """Return the bound of this judge; the arguments are as in ``ErrorBound``."""
         return ErrorBound(
@@ -83,6 +84,7 @@ class Judge:
             tolerances=tolerances,
             floors=self.floors,
             shares=self.shares,
+            doubt=doubt,
             quietest=self.quietest,
             estimator=estimator,
             span=self.span,

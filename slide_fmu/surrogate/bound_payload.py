@@ -22,6 +22,7 @@ def encode_bound(bound: ErrorBound) -> bytes:
     """Write the content of the section BOUN."""
     sizes = struct.pack("<III", *bound.blocks, len(bound.limits))
     numbers = _f64(bound.factors, bound.limits, bound.tolerances, bound.floors, bound.shares)
+    numbers += struct.pack("<d", bound.doubt)
     networks = encode_network(bound.companion) + encode_network(bound.head)
     return sizes + numbers + networks + _f64(bound.quietest)
 
@@ -66,6 +67,7 @@ def decode_bound(
     factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)
     limits = section.f64(n_watched)
     tolerances, floors, shares = (section.f64(n_outputs).copy() for _ in range(3))
+    (doubt,) = section.f64(1)
     companion = decode_network(section, n_inputs)
     if not isinstance(companion, StateSpace):
         kind = type(companion).__name__
@@ -84,6 +86,7 @@ def decode_bound(
         tolerances=tolerances,
         floors=floors,
         shares=shares,
+        doubt=float(doubt),
         quietest=quietest,
         estimator=estimator,
         span=span,

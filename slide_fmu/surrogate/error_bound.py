@@ -40,6 +40,10 @@ number. It is at least two to the negative power."""
 NO_BOUND = 2.0**MOST_EXPONENT
 """The factor for a confidence with too few trajectories for calibration: its bound is infinite."""
 
+MOST_FAR = 6.0
+"""Outside of the domain, the share of the disagreement that a bound is at least grows with the
+novelty, up to so many times."""
+
 ROUNDING = 1e-9
 """Odds that are below a whole number by at most this are rounded up."""
 
@@ -92,6 +96,8 @@ class ErrorBound:
         floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,).
         shares: this share of the disagreement is the surrogate's own error, which no bound is
             smaller than, above 0 and at most 1, shape (n_outputs,).
+        doubt: where held inputs change within samples, this share of what a polynomial with one
+            mean less would change in their effect may be wrong, not negative (``doubt_of``).
         quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
             as these.
         estimator: the surrogate's error estimator, whose estimates the head takes, if it has one.
@@ -108,6 +114,7 @@ class ErrorBound:
     tolerances: FloatArray
     floors: FloatArray
     shares: FloatArray
+    doubt: float
     quietest: FloatArray
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
@@ -160,6 +167,11 @@ class ErrorBound:
             raise ValueError(
                 f"shares of the disagreement {shares.tolist()}; expected {shape[0]} numbers above "
                 "0 that are at most 1"
+            )
+        if not 0 <= self.doubt < math.inf:
+            raise ValueError(
+                f"doubt of an error bound {self.doubt}; expected a finite number that is not "
+                "negative"
             )
         shape = (self.n_logarithms,)
         if quietest.shape != shape or not np.all(np.isfinite(quietest)):
@@ -281,7 +293,9 @@ class ErrorBound:
     def bounds(self, trust: Trust, confidence: float) -> FloatArray:
         """Return bounds, relative to the outputs' scales, (N, n_outputs).
 
-        They are the scales times the factors, with floors (``floored``).
+        They are the scales times the factors, with floors (``floored``). Outside of the domain,
+        where the head extrapolates, the share of the disagreement grows with the novelty, up to
+        ``MOST_FAR`` times.
 
         Raises:
             ValueError: as for ``factors_at``.
@@ -289,7 +303,8 @@ class ErrorBound:
         bounds = self.factors_at(confidence) * trust.scales
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
-        return floored(bounds, self.floors, self.shares * known)
+        far = np.clip(trust.novelty, 1.0, MOST_FAR)[:, None]
+        return floored(bounds, self.floors, far * self.shares * known)
 
 
 def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
                 f64 tolerance[n_outputs]                         of bounds that are trusted
                 f64 floor[n_outputs]                             of bounds
                 f64 share[n_outputs]                             of the disagreement
+                f64 doubt                                        of held inputs between samples
                 network  network                                 the companion and the head
                 f64 quietest[n_logarithms]                       what the head gets at least
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
@@ -43,7 +44,8 @@ the weights of the term. T is the Chebyshev polynomial, z = 2 (t(p) - t(low)) / 
 of degrees up to 16.
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
-0.99, the limits, tolerances, floors that are not negative, shares, the companion and the head
+0.99, the limits, tolerances, floors and a doubt that are not negative, shares, the companion and
+the head
 (``error_bound.py``), which takes the estimates of ESTI where there is one. It is never in a file
 with PARA. SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head
 gives twice the number of values.
@@ -112,7 +114,7 @@ HEAD, CHECKSUM = 12, 4
 """Bytes before and after the sections."""
 TAGS = tuple(b"WIND SCIN SCOU PRED PARA ESTI BOUN SPAN MOVE RANG META".split())
 """Tags of the sections, in their order."""
-VERSION = 12
+VERSION = 13
 HOLDS: tuple[Hold, ...] = ("zero_order", "first_order")
 ANGLES: tuple[Angle | None, ...] = (None, "cosine", "sine")
 """Holds and angles; their positions are the numbers in the file."""

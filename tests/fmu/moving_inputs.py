@@ -322,9 +322,10 @@ class Moving(Resampling):
 
     def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
         """What must be held to have the effect of the inputs between two times; and of those that
-        do not move smoothly, how much later than their mean they come."""
+        do not move smoothly, their moments, (2, n_inputs), as for ``spread``."""
         slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
-        found, moments = np.array(self.rows[first]), np.zeros(len(self.rows[first]))
+        found = np.array(self.rows[first])
+        moments = np.zeros((2, len(found)))
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "cosine" and self.ways[first][i] != HELD:
                 z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
@@ -332,7 +333,7 @@ class Moving(Resampling):
                 found[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
             if signal.angle is not None:
                 continue
-            mean, moment, all_move, step, at = 0.0, 0.0, True, first, begin
+            mean, moment, square, all_move, step, at = 0.0, 0.0, 0.0, True, first, begin
             while at < end - slack:
                 last = step + 1 == len(self.rows)
                 to = end if last else min(self._end(step)[0], end)
@@ -346,14 +347,15 @@ class Moving(Resampling):
                     all_move = False
                 share = (to - at) / (end - begin)
                 mean += share * value
-                moment += share * value * (at + to - begin - end) / (end - begin) / 2
-                moment += share**2 * rise / 12
+                late = (at + to - begin - end) / (end - begin) / 2
+                moment += share * value * late + share**2 * rise / 12
+                square += share * value * (late**2 + share**2 / 12) + share**2 * late * rise / 6
                 at, step = to, step + (not last)
-            found[i], moments[i] = mean, moment
+            found[i], moments[:, i] = mean, (moment, square - mean / 12)
             smooth = all_move and not self.known
             held = self._held_for(first, i, begin, end) if smooth else None
             if held is not None:
-                found[i], moments[i] = held, 0.0
+                found[i], moments[:, i] = held, 0.0
         return found, moments
 
     def _held_for(self, first: int, index: int, begin: float, end: float) -> float | None:

@@ -157,8 +157,22 @@ def plain_moved(
     return np.asarray(moved)
 
 
-UNSETTLED = 3
+UNSETTLED = 5
 """Newest samples of held inputs that following ones may change."""
+
+
+def shares_of(later: int, earlier: int) -> FloatArray:
+    """What an input that changes within a sample adds to it and those beside it, by its moments.
+
+    The effect f(s) of an input at a time s, in samples from the middle of its own, is the
+    polynomial with the means that f has in so many samples after this one, in it, and in so many
+    before it. Weights of the moments of the order 1 and 2, (later + 1 + earlier, 2), that of the
+    latest sample first.
+    """
+    middles = np.arange(later, -earlier - 1, -1, dtype=np.float64)
+    powers = np.arange(1, len(middles) + 1)
+    means = ((middles[:, None] + 0.5) ** powers - (middles[:, None] - 0.5) ** powers) / powers
+    return np.asarray(np.linalg.inv(means).T[:, 1:3])
 
 
 def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
@@ -166,18 +180,29 @@ def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
 
     Args:
         means: of the samples, (count, n_inputs), oldest first.
-        moments: mean of (u - mean) (t - middle) / h, of these and of one before, (count + 1,
-            n_inputs).
+        moments: means of (u - mean) s^n, s = (t - middle) / h, for n = 1 and 2, of these and of
+            one before, (count + 1, 2, n_inputs).
     """
     samples, count = np.array(means, dtype=np.float64), len(means)
-    for k, moment in enumerate(moments):
+    for k, of_sample in enumerate(moments):
         age = count - k
-        shares = {age - 1: 0.5, age + 1: -0.5}
-        if age == 0:
-            shares = {0: 1.5, 1: -2.0, 2: 0.5}
-        for target, share in shares.items():
-            if 0 <= target < count:
-                samples[count - 1 - target] += share * moment
+        later = min(age, 1)
+        for place, share in enumerate(shares_of(later, UNSETTLED - 1 - later) @ of_sample):
+            target = age - later + place
+            if target < count:
+                samples[count - 1 - target] += share
+    return samples
+
+
+def doubted(means: FloatArray, moments: FloatArray) -> FloatArray:
+    """What one sample less before each would change in ``spread``: fourth differences back."""
+    samples, count = np.zeros(np.shape(means)), len(means)
+    for k, of_sample in enumerate(moments):
+        age = count - k
+        size = (shares_of(1, UNSETTLED - 3)[0] - shares_of(1, UNSETTLED - 2)[0]) @ of_sample
+        for place, part in enumerate((1, -4, 6, -4, 1)):
+            if age + place < count:
+                samples[count - 1 - age - place] += part * size
     return samples
 
 
@@ -195,16 +220,17 @@ class Resampling:
         self.lengths: list[float] = []
         self.inputs: list[FloatArray] = []
 
-    def _moment_from(self, begin: float) -> FloatArray:
-        """How much later than their mean held inputs come in a sample from a time on."""
+    def _moments_from(self, begin: float) -> FloatArray:
+        """Moments of held inputs in a sample from a time on, (2, n_inputs), as for ``spread``."""
         step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
         starts = ends - self.lengths
         low, high = np.maximum(starts, begin), np.minimum(ends, begin + step)
         shares = np.where(high - low > SLACK * step, (high - low) / step, 0.0)
-        lateness = ((low + high) / 2 - begin - step / 2) / step
-        moment = (shares * lateness) @ (np.array(self.inputs) - self.inputs[0])
-        moment[[k for k, signal in enumerate(self.surrogate.inputs) if signal.angle]] = 0
-        return np.asarray(moment)
+        late = ((low + high) / 2 - begin - step / 2) / step
+        weights = np.stack([shares * late, shares * (late**2 + (shares**2 - 1) / 12)])
+        moments = weights @ (np.array(self.inputs) - self.inputs[0])
+        moments[:, [k for k, signal in enumerate(self.surrogate.inputs) if signal.angle]] = 0
+        return np.asarray(moments)
 
     def input_from(self, begin: float) -> FloatArray:
         """The sample that acts for one h from a time on; the first step begins at 0.
@@ -260,7 +286,7 @@ class Resampling:
         rows = np.array([self.input_from(begin) for begin in begins[1:]])
         if self.surrogate.hold == "first_order":
             return rows
-        moments = np.array([self._moment_from(begin) for begin in begins])
+        moments = np.array([self._moments_from(begin) for begin in begins])
         return spread(rows, moments)
 
     def _scaled(self, count: int) -> FloatArray:
@@ -307,13 +333,6 @@ class Resampling:
             for more in range(network.n_samples)
         ]
         newest = np.array(values)[:, -len(surrogate.outputs) :]
-        return newest * surrogate.output_scaling.scale + surrogate.output_scaling.offset
-
-    def before(self, age: int) -> FloatArray:
-        """The outputs so many samples ago, by what is known of the inputs now."""
-        surrogate, count = self.surrogate, self.surrogate.window.n_in + 3
-        values = self._values(surrogate.network, self._scaled(count + age)[:-age], 1)
-        newest = values[0, -len(surrogate.outputs) :]
         return newest * surrogate.output_scaling.scale + surrogate.output_scaling.offset
 
     def step(

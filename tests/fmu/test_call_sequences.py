@@ -332,8 +332,7 @@ class Sequences(RuleBasedStateMachine):
         assert tuple(found[: self.n_inputs]) == pair.plain.inputs
         self.close(np.array(found[self.n_inputs : last]), outputs)
         told = any(any(rates) for _, _, rates in pair.plain.steps)
-        held = pair.plain.surrogate.hold == "zero_order"
-        if estimates is not None and (told or held):  # what became of outputs adds to them
+        if estimates is not None and told:  # what became of outputs adds to them
             lowest = (1 - ESTIMATE_TOLERANCE) * estimates - SMALLEST
             assert np.all(np.array(found[last : self.filled]) >= lowest)
         elif estimates is not None:

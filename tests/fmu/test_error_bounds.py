@@ -20,7 +20,7 @@ from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.moving_inputs import Moving
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
-from tests.fmu.plain import UNSETTLED, spread
+from tests.fmu.plain import UNSETTLED, doubted, spread
 from tests.fmu.samples import STEP, CellShape, Shape, sum_surrogate
 from tests.fmu.test_estimates import PATTERNS
 from tests.marks import essential
@@ -55,9 +55,6 @@ NAMES = (*SHAPES, *OF_NETWORKS)
 DUFFING = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
 BLOCKS = (2, 5)
 TOLERANCE = 1e-4
-
-DOUBT = 0.5
-"""So much more of what samples give each other does the companion see."""
 
 """Of bounds and novelty, relative to themselves: logarithms magnify rounding where surrogate and
 companion nearly agree."""
@@ -260,15 +257,23 @@ def test_bound_is_at_least_a_share_of_the_disagreement(load: Load) -> None:
     surrogate = bounded_surrogate(PLAIN, BLOCKS)
     bound = surrogate.bound
     assert bound is not None
-    tight = dataclasses.replace(bound, factors=1e-6 * bound.factors, floors=1e-6 * bound.floors)
+    tight = dataclasses.replace(
+        bound,
+        factors=1e-6 * bound.factors,
+        floors=1e-6 * bound.floors,
+        limits=2 * bound.limits,  # some of the samples are in the domain
+    )
     surrogate = dataclasses.replace(surrogate, bound=tight)
     native, found = load(surrogate).instance().start(), []
     inputs = np.random.default_rng(1).uniform(-1, 2, (60, 2))
     for row in inputs:
         native.step(*row)
         found.append(native.get(*places(surrogate, "ERROR_BOUND")))
-    apart = surrogate.trust(inputs).disagreement * surrogate.output_scaling.scale
-    within(found, bound.shares * apart)
+    trust = surrogate.trust(inputs)
+    far = np.clip(trust.novelty, 1, 6)[:, None]  # outside of the domain, the share is larger
+    assert far.min() == 1
+    assert far.max() > 1
+    within(found, far * bound.shares * trust.disagreement * surrogate.output_scaling.scale)
 
 
 def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -> None:
@@ -285,11 +290,13 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     count = surrogate.memory_length + UNSETTLED
     ages = np.clip(np.arange(count, -1, -1), 1, 90)
     means = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
-    moments = (rows[-ages[1:]] - rows[-ages[:-1]]) / 8
-    taken = spread(means, np.concatenate([0 * moments[:1], moments]))
+    late = (rows[-ages[1:]] - rows[-ages[:-1]]) / 8
+    moments = np.stack([late, 0 * late], axis=1)
+    moments = np.concatenate([0 * moments[:1], moments])
+    taken = spread(means, moments)
     scaled, others = (
         surrogate.input_scaling.apply(np.concatenate([some[:1], some]))[None]
-        for some in (taken, taken + DOUBT * (taken - means))
+        for some in (taken, taken + bound.doubt * doubted(means, moments))
     )
     network = surrogate.network
     assert isinstance(network, StateSpace)
@@ -398,7 +405,8 @@ def test_what_only_the_companion_cannot_bear_gives_the_largest_novelty_and_bound
     factor = other.bound.factors_at(0.95) * surrogate.output_scaling.scale
     found = read(native, surrogate)
     assert found[2:] == [1e9, 0.0]
-    np.testing.assert_allclose(found[:2], 2.0**60 * np.maximum(factor, base.output_scaling.scale))
+    of_share = 6 * other.bound.shares * base.output_scaling.scale
+    np.testing.assert_allclose(found[:2], 2.0**60 * np.maximum(factor, of_share))
 
 
 def test_confidence_takes_the_next_calibrated_factors(load: Load) -> None:

@@ -108,14 +108,16 @@ def test_first_sample_that_was_told_to_move_is_judged_by_what_it_became(
 
 def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load) -> None:
     """The sum of four samples: each is the mean of a held input that moves. A ramp has the moment
-    1 / 12, half of which goes to the sample after it: also that of the fifth sample."""
+    1 / 12. Of it, the four samples get (-9, 5, -25, 59, 9) / 48 where it is that of the newest, of
+    the next ones, or of the fifth. The kink has the moments 1 / 24 and 1 / 192, of which the
+    sample after it gets 9 / 48 and 21 / 48."""
     native = load(sum_surrogate()).instance().start()
     for length, expected in (
-        (1, 0.5),
-        (2, 4.5),
-        (1, 8 + 1 / 24),
-        (0.5, 10 + 1 / 16),
-        (0.5, 12 + 1 / 12),
+        (1, 0.5 - 9 / 576),
+        (2, 4.5 - 29 / 576),
+        (1, 8 + 30 / 576),
+        (0.5, 10 + 30 / 576 + 9 / 48 / 24 + 21 / 48 / 192),
+        (0.5, 12 + 39 / 576),
     ):
         time = native.time()
         assert native.set(time / STEP) == native.set_rates(1 / STEP) == OK
@@ -125,13 +127,15 @@ def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load
 
 @pytest.mark.parametrize("held", [False, True])
 def test_told_inputs_go_to_what_is_set_next(load: Load, held: bool) -> None:
-    """Until then they go where the derivative leads, also where all others are held."""
+    """Until then they go where the derivative leads, also where all others are held. On a line, or
+    after a kink, they have a moment of which the four samples get -9 / 48 and then 5 / 48."""
     native = load(sum_surrogate()).instance(held=held).start()
+    rise = 1 / 12 / 48
     for value, rate, expected in (
         (0.5, 0.0, 2.0),
-        (0.0, 0.1, 1.55),  # the newest sample: 0.05, the mean from 0 to 0.1
-        (0.0, 0.1, 1.05),  # it went from 0 to 0
-        (0.3, 0.0, 0.95),  # 0.15, from 0 to 0.3, on a line: a step before it is held
+        (0.0, 0.1, 1.55 - 9 * 0.1 * held * rise),  # the newest has the mean 0.05
+        (0.0, 0.1, 1.05 - 9 * 0.1 * rise),  # it went from 0 to 0
+        (0.3, 0.0, 0.95 + 5 * 0.3 * rise),  # 0.15, from 0 to 0.3
     ):
         assert native.set(value) == native.set_rates(rate / STEP) == OK
         assert native.do_step(native.time(), STEP) == OK

@@ -23,7 +23,7 @@ from slide_fmu.surrogate.gradient import parameter_jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
 from tests.fmu.native3 import Native3, instance_of
-from tests.fmu.plain import plain_features, plain_pair
+from tests.fmu.plain import UNSETTLED, plain_features, plain_pair
 from tests.fmu.samples import PARAMETERS, STEP, CellShape, Shape, random_surrogate
 from tests.refusals import refused
 
@@ -173,7 +173,7 @@ def test_each_phase_counts_its_samples_since_parameters_changed(load: Load, hold
         found, expected = (one.step(row, 0.5) for one in (run, other))
         settled.append(run.get(PARAMETERS_SETTLED) * memory)
     assert found == pytest.approx(expected, abs=1e-4)
-    unsettled = 3 if hold == "zero_order" else 0  # these are taken in again
+    unsettled = UNSETTLED if hold == "zero_order" else 0  # these are taken in again
     counts = np.minimum(1 + unsettled + np.arange(180) // 2, memory)
     assert settled == pytest.approx(counts)
 

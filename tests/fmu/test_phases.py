@@ -17,6 +17,7 @@ from tests.fmu.moving_inputs import HELD, MOVED, Moving, forecasting, moving_inp
 from tests.fmu.native import ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.phases import PlainPhases
+from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
 
@@ -130,6 +131,20 @@ class Between(Moving):
             return super().samples(count)
         newest, _ = self._held(self.now - h, self.now)
         return np.vstack([self.samples_until(self.now - h, count - 1), newest])
+
+
+@pytest.mark.parametrize(("milliseconds", "exact"), [(12, True), (20, True), (23, False)])
+def test_steps_of_a_millisecond_are_exact_up_to_twenty_in_a_sample(
+    load: Load, milliseconds: int, exact: bool
+) -> None:
+    surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL))
+    window = dataclasses.replace(surrogate.window, step=1e-3 * milliseconds)
+    surrogate = dataclasses.replace(surrogate, window=window)
+    native, oracle = load(surrogate).instance(held=True).start(), Resampling(surrogate)
+    rows, far = drawn(30 * milliseconds, 2), []
+    for row, found in zip(rows, go(native, [1e-3 / STEP] * len(rows), rows, 2), strict=True):
+        far.append(np.max(np.abs(oracle.step(1e-3, row)[0] - found)))
+    assert (max(far) < TOLERANCE) == exact
 
 
 @both_holds

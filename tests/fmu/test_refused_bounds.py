@@ -29,7 +29,7 @@ from tests.fmu.test_refused_payloads import refused
 SHAPE = Shape(n_in=6, n_out=2, n_inputs=2, n_outputs=2, cell=CellShape())
 LONGEST = MAX_WINDOW // 9
 TOLERANCES = 12 + 8 * (3 * 2 + 9)
-FLOORS, SHARES = TOLERANCES + 8 * 2, TOLERANCES + 8 * 4
+FLOORS, SHARES, DOUBT = TOLERANCES + 8 * 2, TOLERANCES + 8 * 4, TOLERANCES + 8 * 6
 """Places of the numbers of two outputs in a section BOUN with nine limits."""
 
 
@@ -272,6 +272,13 @@ def test_shares_of_the_disagreement_that_are_none_are_refused(load: Load, value:
     surrogate = bounded_surrogate(SHAPE)
     message = refused(load(surrogate), edited(surrogate, SHARES + 8, "<d", value))
     assert "share " in message
+
+
+@pytest.mark.parametrize("value", [-1e-9, float("nan"), float("inf")])
+def test_doubts_that_are_no_factor_are_refused(load: Load, value: float) -> None:
+    surrogate = bounded_surrogate(SHAPE)
+    message = refused(load(surrogate), edited(surrogate, DOUBT, "<d", value))
+    assert "doubt " in message
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])

@@ -98,6 +98,14 @@ def test_shares_of_the_disagreement_are_between_0_and_1(shares: FloatArray) -> N
         replace(bound, shares=shares)
 
 
+@pytest.mark.parametrize("doubt", [-1e-9, np.inf, np.nan])
+def test_doubt_is_a_finite_factor_that_is_not_negative(doubt: float) -> None:
+    bound = bounded_surrogate(SHAPE).bound
+    assert bound is not None
+    with refused(ValueError, "doubt of an error bound", "expected a finite number"):
+        replace(bound, doubt=doubt)
+
+
 def test_quietest_logarithms_must_be_finite_ones_for_each_logarithm() -> None:
     bound = bounded_surrogate(SHAPE).bound
     assert bound is not None

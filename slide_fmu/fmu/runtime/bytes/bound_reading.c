@@ -56,6 +56,13 @@ static void read_floors(SlideBoundView *view, uint32_t n_outputs, SlideCursor *f
     }
 }
 
+static void read_doubt(SlideBoundView *view, SlideCursor *file) {
+    view->doubt = slide_take_f64s(file, 1, 1, "doubt");
+    const double doubt = file->good ? slide_f64(view->doubt) : 0;
+    slide_check(file, doubt >= 0,
+                "surrogate file: doubt %g of an error bound; expected it not negative", doubt);
+}
+
 static void read_companion(SlidePayload *payload, SlideCursor *file) {
     SlideNetworkView *companion = &payload->bound.companion;
     slide_network_read(companion, payload->n_inputs, file);
@@ -118,6 +125,7 @@ void slide_bound_read(SlidePayload *payload, SlideCursor *file) {
     read_factors(view, n_outputs, n_watched, file);
     read_tolerances(view, n_outputs, file);
     read_floors(view, n_outputs, file);
+    read_doubt(view, file);
     read_companion(payload, file);
     if (file->good) {
         const SlideCellView *cell = &view->companion.of.cell;

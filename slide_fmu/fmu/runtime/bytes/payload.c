@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { VERSION = 12 };
+enum { VERSION = 13 };
 enum { MAX_CANDIDATES = 8, MAX_PAST = 8, MAX_SCORED = 64 };
 
 static const double START_TOLERANCE = 1e-12; /* relative to |offset| + scale: rounding */

@@ -28,6 +28,7 @@ typedef struct {
     const unsigned char *tolerances; /* f64 [n_outputs], of bounds that are trusted */
     const unsigned char *floors;     /* f64 [n_outputs], of bounds */
     const unsigned char *shares;     /* f64 [n_outputs], of the disagreement */
+    const unsigned char *doubt;      /* f64, of what held inputs do between samples */
     SlideNetworkView companion;      /* state space */
     SlideNetworkView head;           /* feed-forward, of [2 * n_seen + 3 * n_outputs] statistics,
                                         and [n_outputs] more with an error estimator */

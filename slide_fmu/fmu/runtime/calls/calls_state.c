@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { STATE_VERSION = 17 };
+enum { STATE_VERSION = 18 };
 
 typedef struct {
     char magic[8];

@@ -9,7 +9,7 @@
 
 /* So many samples before one of held inputs that change within it get a share of the change; and so
  * many samples are not known before the next has come. */
-enum { SLIDE_SPREAD = 2, SLIDE_UNSETTLED = SLIDE_SPREAD + 1 };
+enum { SLIDE_SPREAD = 4, SLIDE_UNSETTLED = SLIDE_SPREAD + 1 };
 
 /* What does not change. */
 typedef struct {

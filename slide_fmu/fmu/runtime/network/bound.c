@@ -32,6 +32,7 @@ static void place_judge(SlideBound *bound, const SlideBoundView *view, SlideAren
     bound->tolerances = place_numbers(view->tolerances, n_outputs, arena);
     bound->floors = place_numbers(view->floors, n_outputs, arena);
     bound->shares = place_numbers(view->shares, n_outputs, arena);
+    bound->doubt = slide_f64(view->doubt);
     bound->quietest = place_numbers(view->quietest, n_statistics(bound) - bound->n_seen, arena);
     bound->factors = place_numbers(view->factors, SLIDE_CONFIDENCES * n_outputs, arena);
     bound->limits = place_numbers(view->limits, n_watched, arena);

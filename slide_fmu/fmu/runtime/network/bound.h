@@ -35,6 +35,8 @@ typedef struct {
     double *tolerances;     /* [n_outputs], of bounds that are trusted, relative to the scales */
     double *floors;         /* [n_outputs], below which no bound is, relative to the scales */
     double *shares;         /* [n_outputs], of the disagreement, which no bound is below */
+    double doubt;           /* so much of what one polynomial more would change may be wrong, where held
+                               inputs change within samples (window/sampling.h) */
     double *quietest;       /* logarithms that the head gets at least */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */
@@ -107,8 +109,8 @@ void slide_bound_conclude(const SlideBound *bound, const SlideKernel *kernel,
 /* The novelty at the last of the known samples: 1 at the edge of the domain. */
 double slide_bound_novelty(const SlideBound *bound, const SlideBoundState *state);
 
-/* The bound of an output, relative to its scale, for a confidence between these. It has a floor,
- * is at least a share of the disagreement, and grows by what forecasts of the inputs changed in the
+/* The bound of an output, relative to its scale, for a confidence between these. It has a floor, is at
+ * least a share of the disagreement, outside of the domain a larger one, and grows by what forecasts of the inputs changed in the
  * output lately: forecast, a mean square, relative to the scale too. */
 double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, size_t output,
                       double confidence, double forecast);

@@ -8,6 +8,10 @@ static const double MOST_EXPONENT = 60;  /* of the head, to base 2; so is what i
 static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
 static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
 
+/* Outside of the domain the head extrapolates: the share of the disagreement that a bound is at least
+ * grows with the novelty, up to so many times. */
+static const double MOST_FAR = 6;
+
 /* Of the root mean square of what forecasts of the inputs change in an output, for each confidence:
  * those of a normal distribution, and a little more since few forecasts make the mean. */
 static const double FORECAST_FACTORS[SLIDE_CONFIDENCES] = {1.7, 2.0, 3.0};
@@ -124,7 +128,8 @@ double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, siz
     const double scaled = bound->factors[row * bound->n_outputs + output] * state->scales[output];
     const double least = bound->floors[output];
     const double value = sqrt(scaled * scaled + least * least);
-    const double apart = bound->shares[output] * state->apart[output];
+    const double far = *state->novelty < 1 ? 1 : *state->novelty < MOST_FAR ? *state->novelty : MOST_FAR;
+    const double apart = far * bound->shares[output] * state->apart[output];
     const double known = apart > value ? apart : value;
     const double ahead = FORECAST_FACTORS[row] * FORECAST_FACTORS[row] * forecast;
     return ahead > 0 ? sqrt(known * known + ahead) : known;

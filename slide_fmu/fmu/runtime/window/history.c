@@ -364,14 +364,15 @@ static double moving_at(const SlideReader *reader, size_t input, double time) {
 /* How an input goes over a sample. */
 typedef struct {
     double mean;    /* over time, linear where it moves */
-    double moment;  /* SlideActing.moments */
+    double moments[SLIDE_MOMENTS]; /* SlideActing.moments */
     bool all_moves; /* does it move in all of the sample? */
 } Course;
 
 static Course course_of(const SlideReader *reader, size_t input, double begin, double end) {
     const double slack = reader->shape->slack;
     SlideReader part = sought(reader, begin + slack);
-    Course course = {0, 0, true};
+    Course course = {0, {0, 0}, true};
+    double square = 0; /* mean of u s^2 */
     const double middle = 0.5 * (begin + end);
     for (double from = begin; from < end - slack;) {
         const bool last = part.at + 1 == *part.history->count;
@@ -388,14 +389,16 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
         }
         const double share = (to - from) / (end - begin);
         course.mean += share * value;
-        course.moment += share * value * (0.5 * (from + to) - middle) / (end - begin);
-        course.moment += share * share * rise / 12;
+        const double late = (0.5 * (from + to) - middle) / (end - begin);
+        course.moments[0] += share * value * late + share * share * rise / 12;
+        square += share * (value * (late * late + share * share / 12) + share * late * rise / 6);
         from = to;
         if (!last) {
             part.begin = end_of(&part);
             part.at += 1;
         }
     }
+    course.moments[1] = square - course.mean / 12;
     return course;
 }
 
@@ -447,7 +450,9 @@ static void sample_of(const SlideReader *reader, size_t input, double begin, dou
     const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected);
     acting->inputs[input] = smooth ? held : course.mean;
     acting->corrected[input] = smooth ? corrected : held - course.mean;
-    acting->moments[input] = smooth ? 0 : course.moment;
+    for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
+        acting->moments[order * reader->shape->n_inputs + input] = smooth ? 0 : course.moments[order];
+    }
 }
 
 /* Inputs of which some steps may move. */
@@ -479,7 +484,7 @@ static void sample_held(SlideReader *reader, double begin, double end,
 void slide_history_sample(SlideReader *reader, double begin, double end, const SlideActing *acting) {
     const size_t row = reader->shape->n_inputs * sizeof(double);
     memset(acting->corrected, 0, row);
-    memset(acting->moments, 0, row);
+    memset(acting->moments, 0, SLIDE_MOMENTS * row);
     if (reader->shape->first_order) {
         slide_history_at(reader, end, acting->inputs);
     } else {

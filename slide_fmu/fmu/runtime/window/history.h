@@ -112,13 +112,20 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * the first step: its inputs. Times may only rise from call to call. */
 void slide_history_at(SlideReader *reader, double time, double *inputs);
 
+/* Of an input that changes within a sample: the first and the second. */
+enum { SLIDE_MOMENTS = 2 };
+
+/* Of what acts in a sample: inputs, corrected and moments. */
+enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS };
+
 /* What acts on the networks in a sample, [n_inputs] each. */
 typedef struct {
     double *inputs;    /* physical */
     double *corrected; /* of an input that moves: how much of it is a correction, or, where it may have a
                           kink, how much more it would be if it had none; else 0 */
-    double *moments;   /* of others, the mean of (u - mean) (t - middle) / h over the sample: how much
-                          later than their mean they come; else 0 */
+    double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s and of
+                          (u - mean) s^2 over the sample, s = (t - middle) / h: how much later than their
+                          mean they come, and how far apart; else 0 */
 } SlideActing;
 
 /* The sample that acts from a time before the present (s, negative) for a sample step. With

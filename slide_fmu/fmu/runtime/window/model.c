@@ -1,5 +1,6 @@
 #include "model.h"
 
+#include <math.h>
 #include <string.h>
 
 static SlideScaling *place_scaling(const unsigned char *rows, size_t row_size, uint32_t channels,
@@ -33,6 +34,15 @@ static void place_inputs(SlideModel *model, const SlidePayload *payload, SlideAr
     }
 }
 
+/* Many importers go by milliseconds. */
+static uint32_t most_phases(double step) {
+    const double milliseconds = nearbyint(1000 * step);
+    const bool whole = fabs(1000 * step - milliseconds) <= 1e-5 * milliseconds;
+    return whole && milliseconds > SLIDE_USUAL_PHASES && milliseconds <= SLIDE_MOST_PHASES
+               ? (uint32_t)milliseconds
+               : SLIDE_USUAL_PHASES;
+}
+
 /* How much of the past is kept: samples for the estimator and the error bound, which catch up;
  * steps for all networks, for a phase of time that they come to for the first time. */
 static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample) {
@@ -45,10 +55,11 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
     }
     model->memory_length = (uint32_t)longest + SLIDE_BEFORE;
     model->n_unsettled = payload->first_order ? 0 : SLIDE_UNSETTLED;
+    model->n_kept = payload->first_order ? 0 : SLIDE_KEPT_SIZE(payload->n_inputs);
     model->most_open = payload->n_in + model->n_unsettled;
     model->n_redone = model->memory_length + model->most_open;
-    model->n_phases =
-        steps_per_sample < SLIDE_MOST_PHASES ? steps_per_sample : SLIDE_MOST_PHASES;
+    const uint32_t most = most_phases(payload->step);
+    model->n_phases = steps_per_sample < most ? steps_per_sample : most;
     /* one that fails may have taken in as many again */
     model->samples = (SlideSamplesShape){payload->n_inputs,
                                          slide_power_of_two(model->n_redone + model->most_open)};
@@ -76,6 +87,7 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     undo->seen = slide_place(arena, 1, sizeof *undo->seen);
     undo->count = slide_place(arena, 3, sizeof *undo->count);
     undo->open = slide_place(arena, model->most_open, row);
+    undo->kept = slide_place(arena, model->n_kept, sizeof(double));
     undo->others = slide_place(arena, model->others.capacity > 0 ? model->most_open : 0, row);
 }
 
@@ -102,10 +114,11 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     place_undo(model, arena);
     model->corrected = slide_place(arena, payload->n_inputs, sizeof(double));
-    model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone : 0,
+    model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone + 1 : 0,
                                       payload->n_inputs * sizeof(double));
-    model->taken = slide_place(arena, model->n_redone, payload->n_inputs * sizeof(double));
-    model->moments = slide_place(arena, model->n_redone + 1, payload->n_inputs * sizeof(double));
+    model->taken = slide_place(arena, model->n_redone + 1, payload->n_inputs * sizeof(double));
+    model->moments = slide_place(arena, (size_t)(model->n_redone + 1) * SLIDE_MOMENTS,
+                                 payload->n_inputs * sizeof(double));
     model->strays = slide_place(arena, model->n_redone, sizeof *model->strays);
     model->given = slide_place(arena, payload->n_outputs, sizeof(float));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));

@@ -9,12 +9,12 @@
 #include "network.h"
 
 /* So many communication steps are told apart in each sample of the past, and as many phases of time,
- * but at most SLIDE_MOST_PHASES. Scalar sources may be compiled with
- * fewer, at least 2, to need less memory. */
+ * but at most SLIDE_USUAL_PHASES; or as many as there are milliseconds in a sample, up to
+ * SLIDE_MOST_PHASES. Scalar sources may be compiled with fewer, at least 2, to need less memory. */
 #if !defined(SLIDE_STEPS_PER_SAMPLE)
 #define SLIDE_STEPS_PER_SAMPLE 32
 #endif
-enum { SLIDE_MOST_PHASES = 10 };
+enum { SLIDE_USUAL_PHASES = 10, SLIDE_MOST_PHASES = 20 };
 
 /* Of what networks have seen in a phase of time (seen.h); the arrays follow it in the state. */
 typedef struct SlideSeenHead {
@@ -26,11 +26,17 @@ typedef struct SlideSeenHead {
     uint64_t strayed_later[SLIDE_SPREAD]; /* before a sample of a number, in place number % SLIDE_SPREAD */
     uint64_t n_open;  /* newest samples of which not all is known yet, so that they are taken back: they
                          end after the last communication point, or what follows changes them */
+    uint64_t expected; /* 1: some inputs were expected to move until its end, else they were held */
+    uint64_t kept; /* number of the sample after the newest one, if what acts in some samples is kept for
+                      when the phase goes on from it; or 0 */
 } SlideSeenHead;
 
 typedef struct {
     double offset, scale, factor; /* factor: 1 / scale */
 } SlideScaling;
+
+/* Numbers of what acts in the oldest open samples and in the one before them. */
+#define SLIDE_KEPT_SIZE(n_inputs) ((size_t)(SLIDE_SPREAD + 1) * SLIDE_ACTING * (n_inputs))
 
 /* What was before a step, as far as it cannot be found again. */
 typedef struct {
@@ -47,6 +53,7 @@ typedef struct {
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
     uint64_t *count;            /* [3], its samples, its place, and how many phases went on */
     double *others;             /* [most_open][n_inputs], the same as the companion sees them */
+    double *kept;               /* SlideSeen.kept of it */
     double *open;               /* [most_open][n_inputs], its open samples, scaled, oldest first */
 } SlideUndo;
 
@@ -57,6 +64,7 @@ typedef struct {
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
     uint32_t n_unsettled;   /* newest samples that following ones may change: of held inputs */
+    size_t n_kept;      /* numbers in SlideSeen.kept */
     uint32_t most_open;     /* samples that are taken back */
     uint32_t n_redone;      /* samples that a step may take in, and those that results depend on
                                before these */
@@ -78,10 +86,11 @@ typedef struct {
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     SlideUndo undo;    /* scratch: what a step that fails takes back */
     double *corrected; /* scratch [n_inputs], of a sample, see SlideActing */
-    double *moments;   /* scratch [n_redone + 1][n_inputs], the same, newest first */
+    double *moments;   /* scratch [n_redone + 1][SLIDE_MOMENTS][n_inputs], the same, newest
+                          first */
     bool *strays;      /* scratch [n_redone], does a sample in taken stray from the training? */
     double *others_taken; /* scratch as taken, of bounds of held inputs: what the companion sees */
-    double *taken;     /* scratch [n_redone][n_inputs]: samples that a step takes in and those
+    double *taken;     /* scratch [n_redone + 1][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
     float *given;      /* scratch [n_outputs]: what a network gave before, scaled */
     double *candidate; /* scratch [n_outputs]: interpolated outputs, scaled */

@@ -82,11 +82,13 @@ static uint64_t n_ahead_at(const SlideModel *model, const SlideState *state, dou
 }
 
 /* How far the outputs that were given were off, when less was known of the inputs. Where a held input
- * changes within the samples of some phases only, this is about those. */
+ * changes within the samples of some phases only, this is about those. Where all were held, all was known:
+ * what the next sample changes in those before it, it makes up for itself. */
 static void judge(const SlideModel *model, SlideState *state, SlideSeen *seen, const float *given) {
     double *means = model->n_unsettled > 0 ? seen->revised : state->ahead.forecast;
+    const bool known = model->n_unsettled > 0 && seen->head->expected == 0;
     for (size_t i = 0; i < model->n_outputs; ++i) {
-        const double change = (double)seen->given[i] - given[i];
+        const double change = known ? 0 : (double)seen->given[i] - given[i];
         means[i] += (change * change - means[i]) / N_JUDGED;
     }
 }
@@ -143,6 +145,17 @@ static bool renew(const SlideModel *model, SlideState *state, SlideSeen *seen, u
     return true;
 }
 
+/* Some inputs move in the newest step, which may end with other values. */
+static bool expects(const SlideModel *model, const SlideState *state) {
+    const unsigned char *moved = slide_history_moved(&model->history, &state->history, 0);
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        if (moved[i] != SLIDE_HELD) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* What derivatives need of the state before the samples that come after what is known, and what
  * undoes the step. */
 static void note(const SlideModel *model, SlideState *state, const SlideSeen *seen, double time) {
@@ -163,6 +176,7 @@ static void note(const SlideModel *model, SlideState *state, const SlideSeen *se
     undo->count[2] += 1;
     if (model->n_unsettled > 0) {
         memcpy(undo->revised, seen->revised, model->n_outputs * sizeof *seen->revised);
+        memcpy(undo->kept, seen->kept, model->n_kept * sizeof *seen->kept);
     }
     for (uint64_t left = seen->head->n_open; left-- > 0;) {
         const uint64_t number = *seen->samples.count - 1 - left;
@@ -206,6 +220,7 @@ static bool restore(const SlideModel *model, SlideState *state, SlideSeen *seen)
     *seen->head = *undo->seen;
     if (model->n_unsettled > 0) {
         memcpy(seen->revised, undo->revised, model->n_outputs * sizeof *seen->revised);
+        memcpy(seen->kept, undo->kept, model->n_kept * sizeof *seen->kept);
     }
     return done;
 }
@@ -256,12 +271,15 @@ static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, d
     const uint64_t n_taken = (uint64_t)samples_between(model, seen->head->end, time);
     const uint64_t n_ahead = n_ahead_at(model, state, time);
     const uint64_t n_open = n_open_of(model, n_ahead > least_open ? n_ahead : least_open);
-    slide_sample(model, state, n_again + n_taken, fmax(now - time, 0));
+    const bool kept =
+        slide_sample_phase(model, state, seen, n_again + n_taken, n_open, fmax(now - time, 0));
     const bool done = (n_again == 0 || renew(model, state, seen, n_taken)) &&
                       take(model, seen, n_taken, n_open);
     if (n_taken > 0) { /* else its samples end where they did, or tiny steps would drag it along */
         seen->head->end = time;
     }
+    seen->head->expected = expects(model, state);
+    seen->head->kept = kept && seen->head->n_open == n_open ? *seen->samples.count : 0;
     return done;
 }
 
@@ -315,6 +333,7 @@ static bool see_all(const SlideModel *model, SlideState *state, SlideSeen *seen,
     }
     const bool done = take(model, seen, n_looked < count ? n_looked : count, n_open);
     seen->head->end = lasts ? time : NAN;
+    seen->head->expected = expects(model, state);
     slide_phases_note_nothing(state);
     state->head->n_looked = n_looked < count ? n_looked : count;
     return done;

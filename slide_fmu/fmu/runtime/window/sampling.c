@@ -4,41 +4,50 @@
 
 #include <string.h>
 
-/* A hold can have the effect of a moving input in a sample up to the order of (w h)^2 (w0 h)^2, with w0
- * of the system: so much of a correction may be wrong. The companion of the bound sees it, so that the
- * disagreement shows what that does to the outputs. */
-static const double IN_DOUBT = 1.0;
+/* Shares of the moments of a sample, in the one after it, in itself and in those before it; of the newest,
+ * which has none after it, in itself and in those before. What one mean less before the sample would
+ * change, its fourth difference, may be wrong in part (SlideBound.doubt). */
+typedef struct {
+    double of[SLIDE_MOMENTS], in_doubt[SLIDE_MOMENTS];
+} Share;
+#define IN_DOUBT(factor) {(factor)*5.0 / 48, (factor) / 16.0}
+static const Share SHARES[SLIDE_SPREAD + 2] = {{{3.0 / 16, 7.0 / 16}, {0, 0}},
+                                               {{25.0 / 24, -3.0 / 4}, IN_DOUBT(1)},
+                                               {{-7.0 / 4, 1.0 / 8}, IN_DOUBT(-4)},
+                                               {{5.0 / 8, 1.0 / 4}, IN_DOUBT(6)},
+                                               {{-5.0 / 48, -1.0 / 16}, IN_DOUBT(-4)},
+                                               {{0, 0}, IN_DOUBT(1)}};
+static const Share OF_NEWEST[SLIDE_SPREAD + 1] = {{{95.0 / 48, 23.0 / 16}, IN_DOUBT(1)},
+                                                  {{-29.0 / 8, -17.0 / 4}, IN_DOUBT(-4)},
+                                                  {{5.0 / 2, 37.0 / 8}, IN_DOUBT(6)},
+                                                  {{-25.0 / 24, -9.0 / 4}, IN_DOUBT(-4)},
+                                                  {{3.0 / 16, 7.0 / 16}, IN_DOUBT(1)}};
 
-/* The same of what samples next to each other give one another. */
-static const double SPREAD_IN_DOUBT = 0.5;
-
-/* What a sample gives another one; the companion sees more of it. */
-static void give(const SlideModel *model, uint64_t age, size_t input, double amount) {
-    const size_t place = (size_t)age * model->n_inputs + input;
-    model->taken[place] += amount;
-    if (model->others.capacity > 0) {
-        model->others_taken[place] += SPREAD_IN_DOUBT * amount;
-    }
-}
-
-/* Shares of a moment, of the sample that is next to the one that has it, of itself, and of the one before;
- * of the newest, of itself and those before. */
-static const double SHARES[] = {0.5, 0, -0.5}, OF_NEWEST[] = {1.5, -2, 0.5};
-
-/* What a sample of an age has of a moment goes to those beside it, of so many. */
+/* What a sample of an age has of moments goes to those beside it, of so many. */
 static void spread(const SlideModel *model, uint64_t age, uint64_t count) {
-    const double *moments = model->moments + (size_t)age * model->n_inputs;
-    const double *shares = age > 0 ? SHARES : OF_NEWEST;
-    const uint64_t first = age > 0 ? age - 1 : 0;
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        for (size_t n = 0; moments[i] != 0 && n <= SLIDE_SPREAD && first + n < count; ++n) {
-            give(model, first + n, i, shares[n] * moments[i]);
+    const size_t n_inputs = model->n_inputs;
+    const double *first = model->moments + (size_t)age * SLIDE_MOMENTS * n_inputs;
+    const double *second = first + n_inputs;
+    const Share *shares = age > 0 ? SHARES : OF_NEWEST;
+    const uint64_t newest = age > 0 ? age - 1 : 0, oldest = age + SLIDE_SPREAD;
+    for (size_t i = 0; i < n_inputs; ++i) {
+        const bool changes = first[i] != 0 || second[i] != 0;
+        for (uint64_t to = newest; changes && to <= oldest && to < count; ++to) {
+            const Share *share = &shares[to - newest];
+            const size_t place = (size_t)to * n_inputs + i;
+            model->taken[place] += share->of[0] * first[i] + share->of[1] * second[i];
+            if (model->others.capacity > 0) {
+                model->others_taken[place] +=
+                    model->bound.doubt *
+                    (share->in_doubt[0] * first[i] + share->in_doubt[1] * second[i]);
+            }
         }
     }
 }
 
-/* Physical samples become those that networks see, and what of a correction the companion sees more is
- * added to them. */
+/* Physical samples become those that networks see. A hold can have the effect of a moving input in a
+ * sample up to the order of (w h)^2 (w0 h)^2, with w0 of the system: so much of a correction may be wrong.
+ * So the companion of the bound sees it twice: the disagreement shows what that does to the outputs. */
 static void scale(const SlideModel *model, uint64_t count) {
     for (uint64_t age = 0; age < count; ++age) {
         double *inputs = model->taken + age * model->n_inputs;
@@ -56,37 +65,76 @@ static bool strays(const SlideModel *model, const double *inputs) {
     return !slide_in_range(model->inputs, model->n_inputs, model->cosine);
 }
 
-static void sample(const SlideModel *model, const SlideState *state, uint64_t count, double before,
-                   bool spreads) {
-    const size_t n_inputs = model->n_inputs;
-    const uint64_t n_read = count + spreads; /* the one before gives something, too */
+/* Where what acts in a sample of an age comes to. */
+static SlideActing acting_at(const SlideModel *model, uint64_t age) {
+    const size_t n_inputs = model->n_inputs, place = (size_t)age * n_inputs;
+    const bool apart = model->others.capacity > 0;
+    return (SlideActing){model->taken + place, apart ? model->others_taken + place : model->corrected,
+                         model->moments + place * SLIDE_MOMENTS};
+}
+
+/* Samples come from the history, unless they are kept: those from an age on. */
+static void read(const SlideModel *model, const SlideState *state, uint64_t n_read,
+                 uint64_t n_fresh, const double *kept, double before) {
+    const size_t n_inputs = model->n_inputs, row = n_inputs * sizeof(double);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     reader.straight = state->head->known != 0;
     for (uint64_t left = n_read; left-- > 0;) {
-        const double end = -(double)left * model->step - before;
-        const SlideActing acting = {model->inputs, model->corrected,
-                                    model->moments + left * n_inputs};
-        slide_history_sample(&reader, end - model->step, end, &acting);
-        for (size_t i = 0; left < count && model->others.capacity > 0 && i < n_inputs; ++i) {
-            model->others_taken[left * n_inputs + i] = IN_DOUBT * model->corrected[i];
-        }
-        if (left < count) {
-            memcpy(model->taken + left * n_inputs, model->inputs, n_inputs * sizeof(double));
-            model->strays[left] = strays(model, model->taken + left * n_inputs);
+        const SlideActing acting = acting_at(model, left);
+        if (left < n_fresh) {
+            const double end = -(double)left * model->step - before;
+            slide_history_sample(&reader, end - model->step, end, &acting);
+        } else {
+            const double *of = kept + (size_t)(left - n_fresh) * SLIDE_ACTING * n_inputs;
+            memcpy(acting.inputs, of, row);
+            memcpy(acting.corrected, of + n_inputs, row);
+            memcpy(acting.moments, of + 2 * n_inputs, SLIDE_MOMENTS * row);
         }
     }
-    for (uint64_t age = spreads ? 0 : n_read; age < n_read; ++age) {
+}
+
+/* What acts in samples, of which the oldest may only count for its moments, becomes what networks see. */
+static void form(const SlideModel *model, uint64_t count, bool spreads) {
+    for (uint64_t age = 0; age < count; ++age) {
+        model->strays[age] = strays(model, model->taken + age * model->n_inputs);
+    }
+    for (uint64_t age = spreads ? 0 : count + 1; age <= count; ++age) {
         spread(model, age, count);
     }
     scale(model, count);
 }
 
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before) {
-    sample(model, state, count, before, model->n_unsettled > 0);
+    const bool spreads = model->n_unsettled > 0; /* the one before gives something, too */
+    read(model, state, count + spreads, count + spreads, NULL, before);
+    form(model, count, spreads);
+}
+
+bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
+                        uint64_t count, uint64_t n_open, double before) {
+    if (model->n_unsettled == 0) {
+        slide_sample(model, state, count, before);
+        return false;
+    }
+    const size_t n_inputs = model->n_inputs, row = n_inputs * sizeof(double);
+    const bool kept = seen->head->kept == *seen->samples.count && seen->head->kept > 0;
+    read(model, state, count + 1, kept ? count - SLIDE_SPREAD : count + 1, seen->kept, before);
+    const bool keeps = n_open >= SLIDE_SPREAD && n_open <= count;
+    for (uint64_t i = 0; keeps && i <= SLIDE_SPREAD; ++i) {
+        double *of = seen->kept + i * SLIDE_ACTING * n_inputs;
+        const SlideActing acting = acting_at(model, n_open - SLIDE_SPREAD + i);
+        memcpy(of, acting.inputs, row);
+        memcpy(of + n_inputs, acting.corrected, row);
+        memcpy(of + 2 * n_inputs, acting.moments, SLIDE_MOMENTS * row);
+    }
+    form(model, count, true);
+    return keeps;
 }
 
 void slide_sample_newest(const SlideModel *model, const SlideState *state) {
-    sample(model, state, 1 + SLIDE_BEFORE, 0, false);
+    const uint64_t count = 1 + SLIDE_BEFORE;
+    read(model, state, count, count, NULL, 0);
+    form(model, count, false);
 }
 
 void slide_sampling_recall(const SlideModel *model, SlideState *state) {

@@ -8,11 +8,17 @@
  * model->taken, scaled, newest first.
  *
  * What acts on a system counts by its effect f(t) at the newest end, and a sample by the mean of f in
- * it. So of held inputs that change within a sample the mean u alone comes at the wrong time. With its
- * first moment m (SlideActing), and the parabola whose means are those of f in three samples next to
- * each other, the effect is that of u in it, m / 2 more in the next and m / 2 less in the one before;
- * of the newest, which has no next one, u + 3/2 m, and -2 m and m / 2 in the two before. */
+ * it. So of held inputs that change within a sample the mean alone comes at the wrong time. With the
+ * first and the second moment (SlideActing), f is taken from the polynomial whose means are those of f
+ * in the sample, in the one after it and in three before it, up to its second order; of the newest, in
+ * itself and in four before it. So these samples get shares of the moments. */
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before);
+
+/* The same for a phase that goes on: of samples that are open in it and of new ones. Where
+ * seen->head->kept tells so, what acts in the oldest of them is kept, since it stays. What acts in the
+ * oldest of those that are open then is kept in turn; false when it is not among them. */
+bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
+                        uint64_t count, uint64_t n_open, double before);
 
 /* The newest sample and those that features see before it, with the means of the newest one only. */
 void slide_sample_newest(const SlideModel *model, const SlideState *state);

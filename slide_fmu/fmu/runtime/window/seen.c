@@ -22,6 +22,7 @@ void slide_seen_place(SlideSeen *seen, const SlideModel *model, SlideArena *aren
     seen->given = slide_place(arena, model->n_outputs, sizeof *seen->given);
     seen->revised = slide_place(arena, model->n_unsettled > 0 ? model->n_outputs : 0,
                                 sizeof *seen->revised);
+    seen->kept = slide_place(arena, model->n_kept, sizeof *seen->kept);
     slide_estimate_place(&seen->estimate, &model->estimator, arena);
     slide_bound_place_state(&seen->bound, &model->bound, arena);
 }

@@ -17,6 +17,8 @@ typedef struct {
     float *given; /* [n_outputs], what the predictor gave after the newest sample, scaled */
     double *revised; /* [n_outputs], mean squares of what became of the outputs lately, when it was known
                         how held inputs went on, relative to their scales */
+    double *kept; /* [SLIDE_SPREAD + 1][SLIDE_ACTING][n_inputs], what acts in the oldest open samples and in
+                     the one before them, newest first: it stays as it is */
     SlideEstimate estimate; /* this and the bound: at most until the open samples, or, where sample 0
                                is one of them, until the last */
     SlideBoundState bound;

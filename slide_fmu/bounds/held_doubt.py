@@ -12,8 +12,8 @@ import numpy as np
 
 from slide_fmu.network.state_space.network import StateSpace
 
-MARGIN = 1.4
-"""Doubt over that ratio. With it, bounds of Duffing oscillators of 10 and 30 ms cover 90 to 99 %
+MARGIN = 2.0
+"""Doubt over that ratio. With it, bounds of Duffing oscillators of 10 and 30 ms cover 92 to 99 %
 under forces that change at any time (``tests/benchmarks/held_between.py``)."""
 
 MOST = 2.0

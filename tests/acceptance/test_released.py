@@ -33,6 +33,7 @@ RELEASED = {
     "duffing": 0.0015,
     "duffing_10ms": 0.0015,
     "mass_chain": 0.02,
+    "mass_chain_10ms": 0.02,
     "slider_crank": 0.005,
     "slider_crank_20ms": 0.005,
     "slider_crank_payload": 0.005,

@@ -28,6 +28,7 @@ DRAWINGS = {
     "linear": "oscillator",
     "linear_10ms": "oscillator",
     "mass_chain": "mass_chain",
+    "mass_chain_10ms": "mass_chain",
     "slider_crank": "slider_crank",
     "slider_crank_20ms": "slider_crank",
     "slider_crank_payload": "slider_crank",

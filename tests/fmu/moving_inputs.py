@@ -255,11 +255,21 @@ class Moving(Resampling):
         now, before = self.ways[-1], self.ways[-2]
         for i, (signal, moved) in enumerate(zip(self.surrogate.inputs, moves, strict=True)):
             now[i] = MOVED if moved else HELD
+            if moved and before[i] == HELD and not self.first_order:
+                self._tell_later(i)
             before[i] = TOLD if before[i] == TOLD else now[i]
             if moved and not ends:
                 pair = slice(i, i + 1 + (signal.angle == "cosine"))
                 self.goal[pair] = goal[pair]
         return now
+
+    def _tell_later(self, index: int) -> None:
+        """An input that turns out to move did so in the steps that begin with its changes."""
+        for step in range(len(self.rows) - 3, max(len(self.rows) - 7, -1), -1):
+            if step == 0 or self.rows[step][index] == self.rows[step - 1][index]:
+                break
+            if self.ways[step][index] == HELD:
+                self.ways[step][index] = MOVED
 
     def _move_told(
         self, length: float, inputs: FloatArray, rates: FloatArray, ways: list[int]
@@ -320,12 +330,13 @@ class Moving(Resampling):
             return turned(after[index : index + 2], change)
         return (after[index] + change,)
 
-    def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+    def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What must be held to have the effect of the inputs between two times; and of those that
-        do not move smoothly, their moments, (2, n_inputs), as for ``spread``."""
+        do not move smoothly, their moments, (2, n_inputs), as for ``spread``; of the others a
+        twelfth of their slopes at both times, (2, n_inputs)."""
         slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
         found = np.array(self.rows[first])
-        moments = np.zeros((2, len(found)))
+        moments, edges = np.zeros((2, len(found))), np.zeros((2, len(found)))
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "cosine" and self.ways[first][i] != HELD:
                 z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
@@ -355,10 +366,13 @@ class Moving(Resampling):
             smooth = all_move and not self.known
             held = self._held_for(first, i, begin, end) if smooth else None
             if held is not None:
-                found[i], moments[:, i] = held, 0.0
-        return found, moments
+                found[i], edges[:, i] = held
+                moments[:, i] = 0.0
+        return found, moments, edges
 
-    def _held_for(self, first: int, index: int, begin: float, end: float) -> float | None:
+    def _held_for(
+        self, first: int, index: int, begin: float, end: float
+    ) -> tuple[float, tuple[float, float]] | None:
         """Of an input that moves in all of a sample: by the Taylor series of x / sin(x); None
         where it may have a kink, or is not so smooth."""
         slack, last, h = SLACK * self.surrogate.window.step, self.now, end - begin
@@ -370,15 +384,20 @@ class Moving(Resampling):
         values, second = at(np.linspace(begin, end, 5)), np.array([1, -2, 1])
         bend = np.dot(second, values[::2])
         smooth, correction = True, -bend / 6
+        slopes = np.array([[-3, 0, 4, 0, -1], [1, 0, -4, 0, 3]]) @ values
         if self._end(first)[0] - self.begins[first] <= h / 4 + slack:
             of_second = np.dot([-1, 16, -30, 16, -1], values) / 18
             of_fourth = 14 / 45 * np.dot([1, -4, 6, -4, 1], values)
-            smooth, correction = abs(of_fourth) <= 0.25 * abs(of_second), of_fourth - of_second
+            rise = abs(values[-1] - values[0])
+            smooth = abs(of_fourth) <= max(0.25 * abs(of_second), 1e-5 * rise)
+            correction = of_fourth - of_second
+            slopes = np.array([[-25, 48, -36, 16, -3], [3, -16, 36, -48, 25]]) @ values / 3
         else:
             before = at(begin - h / 2 * np.arange(7))
             bends = [abs(np.dot(second, before[k : k + 3])) for k in (0, 2, 4)]
             smooth = abs(bend) <= 2 * max(*bends, 1e-5 * abs(values[-1] - values[0]))
-        return float(values[2] + correction) if smooth else None
+        begins, ends = slopes / 12
+        return (float(values[2] + correction), (begins, ends)) if smooth else None
 
     def samples_until(self, time: float, count: int) -> FloatArray:
         """The samples of the inputs, (count, n_inputs), oldest first, until one ends at a time."""
@@ -387,7 +406,10 @@ class Moving(Resampling):
         if self.first_order:
             return np.array([self.at(end) for end in ends[1:]])
         found = [self._held(end - h, end) for end in ends]
-        rows, moments = (np.array(one) for one in zip(*found, strict=True))
+        rows, moments, edges = (np.array(one) for one in zip(*found, strict=True))
+        less = edges[:-1, 1] - edges[1:, 0]  # given to the older of two samples
+        rows[:-1] += less
+        moments[:-1] += less[:, None] * np.array([1 / 2, 1 / 4])[:, None]
         return spread(rows[1:], moments)
 
     def samples(self, count: int) -> FloatArray:

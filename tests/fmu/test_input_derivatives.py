@@ -128,12 +128,14 @@ def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load
 @pytest.mark.parametrize("held", [False, True])
 def test_told_inputs_go_to_what_is_set_next(load: Load, held: bool) -> None:
     """Until then they go where the derivative leads, also where all others are held. On a line, or
-    after a kink, they have a moment of which the four samples get -9 / 48 and then 5 / 48."""
+    after a kink, they have a moment of which the four samples get -9 / 48 and then 5 / 48. A
+    sample that moves smoothly has none: the one before it has an edge of its slope: it, 5 / 48
+    of a half and 3 / 48 of a quarter."""
     native = load(sum_surrogate()).instance(held=held).start()
-    rise = 1 / 12 / 48
+    rise, newest = 1 / 12 / 48, 9 if held else 48 + 5 / 2 + 3 / 4
     for value, rate, expected in (
         (0.5, 0.0, 2.0),
-        (0.0, 0.1, 1.55 - 9 * 0.1 * held * rise),  # the newest has the mean 0.05
+        (0.0, 0.1, 1.55 - 0.1 * rise * newest),  # the mean of the newest is 0.05
         (0.0, 0.1, 1.05 - 9 * 0.1 * rise),  # it went from 0 to 0
         (0.3, 0.0, 0.95 + 5 * 0.3 * rise),  # 0.15, from 0 to 0.3
     ):

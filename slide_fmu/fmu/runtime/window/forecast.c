@@ -271,6 +271,17 @@ static bool are_alike(const double *values, size_t newest) {
     return false;
 }
 
+uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input) {
+    const double *values = state->values + input * SLIDE_LOOKED;
+    uint64_t count = 0;
+    for (uint64_t place = *state->scored + SLIDE_LOOKED;
+         count + 1 < SLIDE_LOOKED && values[place % SLIDE_LOOKED] != values[(place - 1) % SLIDE_LOOKED];
+         --place) {
+        count += 1;
+    }
+    return count;
+}
+
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
                           uint32_t n_inputs) {
     for (size_t i = 0; i < n_inputs; ++i) {

@@ -55,6 +55,10 @@ void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *
 bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
                           const double *from, const double *to, double time);
 
+/* The newest points in a row, up to SLIDE_LOOKED - 1, each of which differs from the one before it; of
+ * held inputs. */
+uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input);
+
 /* Do held inputs follow each other as samples of a signal that is too fast for a forecast, as a tone
  * does? Values that a controller draws or holds do not: they stay, or are independent. */
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,

@@ -105,7 +105,7 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
 void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena) {
     undo->count = slide_place(arena, 1, sizeof *undo->count);
     undo->steps = slide_place(arena, 2, (1 + n_inputs) * sizeof *undo->steps);
-    undo->moved = slide_place(arena, 2, n_inputs);
+    undo->moved = slide_place(arena, SLIDE_TOLD_LATER, n_inputs);
 }
 
 void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *history,
@@ -115,8 +115,10 @@ void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *h
         const uint64_t index = *undo->count - 1 - age;
         memcpy(undo->steps + age * (1 + (size_t)shape->n_inputs),
                step_at(shape, history, index), step_size(shape));
-        memcpy(undo->moved + age * shape->n_inputs, moved_at(shape, history, index),
-               shape->n_inputs);
+    }
+    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < *undo->count; ++age) {
+        memcpy(undo->moved + age * shape->n_inputs,
+               moved_at(shape, history, *undo->count - 1 - age), shape->n_inputs);
     }
 }
 
@@ -127,8 +129,10 @@ void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *
         const uint64_t index = *undo->count - 1 - age;
         memcpy(step_at(shape, history, index),
                undo->steps + age * (1 + (size_t)shape->n_inputs), step_size(shape));
-        memcpy(moved_at(shape, history, index), undo->moved + age * shape->n_inputs,
-               shape->n_inputs);
+    }
+    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < *undo->count; ++age) {
+        memcpy(moved_at(shape, history, *undo->count - 1 - age),
+               undo->moved + age * shape->n_inputs, shape->n_inputs);
     }
 }
 
@@ -422,20 +426,24 @@ static bool bends_on(const SlideReader *reader, size_t input, double begin, doub
  * series of x / sin(x) in derivatives at the middle: u - h^2 / 24 u_2 + 7 h^4 / 5760 u_4. The last term
  * only where four steps show it. False where an input is not so smooth. */
 static bool held_for(const SlideReader *reader, size_t input, double begin, double end, double *held,
-                     double *corrected) {
+                     double *corrected, double edges[2]) {
     const double quarter = 0.25 * (end - begin);
     const double first = moving_at(reader, input, begin), last = moving_at(reader, input, end);
     const double middle = moving_at(reader, input, begin + 2 * quarter);
     const double bend = first - 2 * middle + last;
     double correction = -bend / 6;
     bool smooth = bends_on(reader, input, begin, end, bend, last - first);
+    edges[0] = (4 * middle - 3 * first - last) / 12;
+    edges[1] = (3 * last - 4 * middle + first) / 12;
     if (step_read(reader)[0] <= quarter + reader->shape->slack) {
         const double before = moving_at(reader, input, begin + quarter);
         const double after = moving_at(reader, input, end - quarter);
         const double fourth = 14 * (first - 4 * before + 6 * middle - 4 * after + last) / 45;
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
-        smooth = fabs(fourth) <= SMOOTH * fabs(second);
+        smooth = fabs(fourth) <= fmax(SMOOTH * fabs(second), SLIGHT * fabs(last - first));
         correction = smooth ? fourth - second : correction;
+        edges[0] = (48 * before - 25 * first - 36 * middle + 16 * after - 3 * last) / 36;
+        edges[1] = (25 * last - 48 * after + 36 * middle - 16 * before + 3 * first) / 36;
     }
     *held = middle + correction;
     *corrected = correction;
@@ -446,13 +454,15 @@ static void sample_of(const SlideReader *reader, size_t input, double begin, dou
                       const SlideActing *acting) {
     const Course course = course_of(reader, input, begin, end);
     const bool may = course.all_moves && !reader->straight;
-    double held = course.mean, corrected = 0;
-    const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected);
+    double held = course.mean, corrected = 0, edges[2] = {0, 0};
+    const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected, edges);
     acting->inputs[input] = smooth ? held : course.mean;
     acting->corrected[input] = smooth ? corrected : held - course.mean;
     for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
         acting->moments[order * reader->shape->n_inputs + input] = smooth ? 0 : course.moments[order];
     }
+    acting->edges[input] = smooth ? edges[0] : 0;
+    acting->edges[reader->shape->n_inputs + input] = smooth ? edges[1] : 0;
 }
 
 /* Inputs of which some steps may move. */
@@ -485,6 +495,7 @@ void slide_history_sample(SlideReader *reader, double begin, double end, const S
     const size_t row = reader->shape->n_inputs * sizeof(double);
     memset(acting->corrected, 0, row);
     memset(acting->moments, 0, SLIDE_MOMENTS * row);
+    memset(acting->edges, 0, 2 * row);
     if (reader->shape->first_order) {
         slide_history_at(reader, end, acting->inputs);
     } else {

@@ -55,12 +55,15 @@ double *slide_history_before(const SlideHistoryShape *shape, const SlideHistory 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs);
 
-/* The newest two steps and what their inputs did, as they were before a step was appended: it may
- * have joined them. */
+/* Of so many of the newest steps it may turn out later that an input moved in them. */
+enum { SLIDE_TOLD_LATER = 6 };
+
+/* The newest two steps, as they were before a step was appended: it may have joined them. And what
+ * inputs did in steps. */
 typedef struct {
     uint64_t *count;      /* [1] */
     double *steps;        /* [2][1 + n_inputs], newest first */
-    unsigned char *moved; /* [2][n_inputs] */
+    unsigned char *moved; /* [SLIDE_TOLD_LATER][n_inputs] */
 } SlideHistoryUndo;
 
 void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena);
@@ -115,8 +118,8 @@ void slide_history_at(SlideReader *reader, double time, double *inputs);
 /* Of an input that changes within a sample: the first and the second. */
 enum { SLIDE_MOMENTS = 2 };
 
-/* Of what acts in a sample: inputs, corrected and moments. */
-enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS };
+/* Of what acts in a sample: inputs, corrected, moments and both edges. */
+enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS + 2 };
 
 /* What acts on the networks in a sample, [n_inputs] each. */
 typedef struct {
@@ -126,6 +129,8 @@ typedef struct {
     double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s and of
                           (u - mean) s^2 over the sample, s = (t - middle) / h: how much later than their
                           mean they come, and how far apart; else 0 */
+    double *edges;     /* [2][n_inputs], of those that move smoothly, at the begin and at the end: the first
+                          moment of a sample in which they would rise so fast throughout; else 0 */
 } SlideActing;
 
 /* The sample that acts from a time before the present (s, negative) for a sample step. With

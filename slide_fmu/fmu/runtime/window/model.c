@@ -119,6 +119,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->taken = slide_place(arena, model->n_redone + 1, payload->n_inputs * sizeof(double));
     model->moments = slide_place(arena, (size_t)(model->n_redone + 1) * SLIDE_MOMENTS,
                                  payload->n_inputs * sizeof(double));
+    model->edges = slide_place(arena, (size_t)(model->n_redone + 1) * 2,
+                               payload->n_inputs * sizeof(double));
     model->strays = slide_place(arena, model->n_redone, sizeof *model->strays);
     model->given = slide_place(arena, payload->n_outputs, sizeof(float));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));

@@ -88,6 +88,7 @@ typedef struct {
     double *corrected; /* scratch [n_inputs], of a sample, see SlideActing */
     double *moments;   /* scratch [n_redone + 1][SLIDE_MOMENTS][n_inputs], the same, newest
                           first */
+    double *edges;     /* scratch [n_redone + 1][2][n_inputs], the same */
     bool *strays;      /* scratch [n_redone], does a sample in taken stray from the training? */
     double *others_taken; /* scratch as taken, of bounds of held inputs: what the companion sees */
     double *taken;     /* scratch [n_redone + 1][n_inputs]: samples that a step takes in and those

@@ -45,6 +45,22 @@ static void spread(const SlideModel *model, uint64_t age, uint64_t count) {
     }
 }
 
+/* Samples that move smoothly have no moments: what is held instead has their effect, as long as their
+ * slopes go on from one to the next. Where they do not, at a kink or where samples begin to have moments, the
+ * rest of this effect is that of the input's value at the edge. It is given to the older sample. */
+static void bend(const SlideModel *model, uint64_t age) {
+    const size_t n_inputs = model->n_inputs, place = (size_t)age * n_inputs;
+    const double *ends = model->edges + 2 * place + n_inputs;
+    const double *begins = model->edges + 2 * (place - n_inputs);
+    double *moments = model->moments + SLIDE_MOMENTS * place;
+    for (size_t i = 0; i < n_inputs; ++i) {
+        const double less = ends[i] - begins[i];
+        model->taken[place + i] += less;
+        moments[i] += less / 2;
+        moments[n_inputs + i] += less / 4;
+    }
+}
+
 /* Physical samples become those that networks see. A hold can have the effect of a moving input in a
  * sample up to the order of (w h)^2 (w0 h)^2, with w0 of the system: so much of a correction may be wrong.
  * So the companion of the bound sees it twice: the disagreement shows what that does to the outputs. */
@@ -70,7 +86,7 @@ static SlideActing acting_at(const SlideModel *model, uint64_t age) {
     const size_t n_inputs = model->n_inputs, place = (size_t)age * n_inputs;
     const bool apart = model->others.capacity > 0;
     return (SlideActing){model->taken + place, apart ? model->others_taken + place : model->corrected,
-                         model->moments + place * SLIDE_MOMENTS};
+                         model->moments + place * SLIDE_MOMENTS, model->edges + place * 2};
 }
 
 /* Samples come from the history, unless they are kept: those from an age on. */
@@ -89,6 +105,7 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
             memcpy(acting.inputs, of, row);
             memcpy(acting.corrected, of + n_inputs, row);
             memcpy(acting.moments, of + 2 * n_inputs, SLIDE_MOMENTS * row);
+            memcpy(acting.edges, of + (2 + SLIDE_MOMENTS) * n_inputs, 2 * row);
         }
     }
 }
@@ -97,6 +114,9 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
 static void form(const SlideModel *model, uint64_t count, bool spreads) {
     for (uint64_t age = 0; age < count; ++age) {
         model->strays[age] = strays(model, model->taken + age * model->n_inputs);
+    }
+    for (uint64_t age = 1; spreads && age <= count; ++age) {
+        bend(model, age);
     }
     for (uint64_t age = spreads ? 0 : count + 1; age <= count; ++age) {
         spread(model, age, count);
@@ -126,6 +146,7 @@ bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideS
         memcpy(of, acting.inputs, row);
         memcpy(of + n_inputs, acting.corrected, row);
         memcpy(of + 2 * n_inputs, acting.moments, SLIDE_MOMENTS * row);
+        memcpy(of + (2 + SLIDE_MOMENTS) * n_inputs, acting.edges, 2 * row);
     }
     form(model, count, true);
     return keeps;

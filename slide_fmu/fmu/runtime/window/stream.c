@@ -117,6 +117,20 @@ static void move_told(const SlideModel *model, SlideState *state) {
     }
 }
 
+/* A held input that began to change some steps ago turns out to move smoothly, as a ramp after a rest:
+ * so it did in those steps. Phases look at them again, as far as their samples are open. */
+static void tell_later(const SlideModel *model, SlideState *state, size_t input) {
+    const uint64_t n_changes = slide_forecast_n_changes(&state->forecast, input);
+    for (uint64_t age = 2; age < n_changes && age < SLIDE_TOLD_LATER; ++age) {
+        unsigned char *moved = slide_history_moved(&model->history, &state->history, age) + input;
+        *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
+    }
+    for (size_t place = 0; place < model->n_phases; ++place) {
+        state->seen[place].head->kept = 0;
+        state->seen[place].head->expected = 1;
+    }
+}
+
 /* Which inputs move smoothly in the newest step, as far as can be told, and did in the one before it,
  * now that its end is known: those that a forecast serves better than holding them. An angle of
  * held inputs is held, unless its derivative is told. */
@@ -129,6 +143,9 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
         moved[i] = may && slide_forecast_moves(&model->forecast, &state->forecast, i)
                        ? SLIDE_MOVED
                        : SLIDE_HELD;
+        if (model->n_unsettled > 0 && moved[i] == SLIDE_MOVED && before[i] == SLIDE_HELD) {
+            tell_later(model, state, i);
+        }
         before[i] = before[i] == SLIDE_TOLD ? SLIDE_TOLD : moved[i];
         i += model->cosine[i];
     }

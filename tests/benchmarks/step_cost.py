@@ -15,6 +15,8 @@ of its own whose memory is filled before; all take turns, some milliseconds each
 medians over pairs in one round: ``*_over_own_step`` to the same call at H = h, ``*_over_against``
 to the FMU of the same file name in the folder (or the file) ``--against``, each at its own h.
 
+``state_bytes`` is the size of a saved state, nearly all that an instance has of its own.
+
 Steps H are given in s or as h, 2h, h/4, h/1.7; ``irregular`` draws every step from h/10 to h,
 ``mixed`` from h, h/2, h/4, h/5 and h/8.
 """
@@ -129,6 +131,9 @@ class Stepper:
         variant: how it is stepped.
         case: its inputs and outputs.
         steps: the library of ``c/steps.c``.
+
+    Attributes:
+        slave: the instance.
     """
 
     def __init__(
@@ -139,7 +144,7 @@ class Stepper:
         case: Case,
         steps: ctypes.CDLL,
     ) -> None:
-        self._variant, self._slave, self._motion = variant, slave, case.motion
+        self.slave, self._variant, self._motion = slave, variant, case.motion
         self._own, self.length = fmu.step, length_of(variant.step, fmu.step)
         self._rng, self._time = np.random.default_rng(0), 0.0
         names = list(case.outputs)
@@ -183,7 +188,7 @@ class Stepper:
         first = None
         while first is None or self._time < LONGEST * first:
             self._c.run(*self._next(CHUNK))
-            filled = self._slave.get_real(self._filled)
+            filled = self.slave.get_real(self._filled)
             if first is None and filled[0] >= 1:
                 first = self._time
             if min(filled) >= 1:
@@ -206,7 +211,7 @@ class Stepper:
 
     def _loop(self, count: int) -> float:
         times, lengths, inputs = (values.tolist() for values in self._next(count))
-        slave, read, references = self._slave, self._read, self._inputs
+        slave, read, references = self.slave, self._read, self._inputs
         begin = time.thread_time()
         for start, length, row in zip(times, lengths, inputs, strict=True):
             slave.set_real(references, row)
@@ -270,6 +275,7 @@ def measure_fmu(fmu: Path, arguments: argparse.Namespace, steps: ctypes.CDLL) ->
                 if variant.possible(opened):
                     slave = stack.enter_context(instantiated(opened))
                     steppers[name, variant] = Stepper(opened, slave, variant, case, steps)
+        sizes = {name: state_bytes(stepper.slave) for (name, _), stepper in steppers.items()}
         times: Times = {}
         for _ in range(arguments.rounds):
             for (name, variant), stepper in steppers.items():
@@ -277,6 +283,7 @@ def measure_fmu(fmu: Path, arguments: argparse.Namespace, steps: ctypes.CDLL) ->
                 times.setdefault((name, variant, "fmpy"), []).append(stepper.through_fmpy())
     return {
         "files": {name: str(file) for name, file in files.items()},
+        "state_bytes": sizes,
         "rows": [
             {
                 "file": name,
@@ -289,6 +296,14 @@ def measure_fmu(fmu: Path, arguments: argparse.Namespace, steps: ctypes.CDLL) ->
             for (name, variant), stepper in steppers.items()
         ],
     }
+
+
+def state_bytes(slave: ImportedSlave) -> int:
+    """Size of a serialised state of an instance of FMI 2.0."""
+    state = slave.get_state()
+    size = len(slave.calls.serializeFMUstate(state))
+    slave.free_state(state)
+    return size
 
 
 def figures_of(times: Times, name: str, variant: Variant) -> dict[str, float]:

@@ -61,7 +61,9 @@ def test_fmu_beside_itself_costs_the_same_in_c_and_through_fmpy() -> None:
         calls="plain,known",
         rounds=7,
     )
-    rows = measure(arguments, no_stages)["fmus"]["duffing"]["rows"]
+    found = measure(arguments, no_stages)["fmus"]["duffing"]
+    rows, sizes = found["rows"], found["state_bytes"]
+    assert sizes["own"] == sizes["against"] > 10_000
     # its inputs are held: there is no known call
     assert [(r["call"], r["with_bounds"], r["step"]) for r in rows if r["file"] == "own"] == [
         ("plain", bounds, step) for bounds in (False, True) for step in ("h", "h/4")

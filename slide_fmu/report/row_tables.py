@@ -63,7 +63,7 @@ HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
     "step the importer says so by `inputs_held` = 1. All others act at their own times, but jump "
     "at multiples of h, where an importer sets them. At h/4 outputs between multiples of h count, "
-    "too: there an input that changes within h counts by its mean and two moments."
+    "too: there an input that changes within h counts by its mean and three moments."
 )
 """What is measured of an FMU whose inputs are held."""
 

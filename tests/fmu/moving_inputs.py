@@ -332,11 +332,11 @@ class Moving(Resampling):
 
     def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What must be held to have the effect of the inputs between two times; and of those that
-        do not move smoothly, their moments, (2, n_inputs), as for ``spread``; of the others a
+        do not move smoothly, their moments, (3, n_inputs), as for ``spread``; of the others a
         twelfth of their slopes at both times, (2, n_inputs)."""
         slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
         found = np.array(self.rows[first])
-        moments, edges = np.zeros((2, len(found))), np.zeros((2, len(found)))
+        moments, edges = np.zeros((3, len(found))), np.zeros((2, len(found)))
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "cosine" and self.ways[first][i] != HELD:
                 z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
@@ -344,7 +344,7 @@ class Moving(Resampling):
                 found[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
             if signal.angle is not None:
                 continue
-            mean, moment, square, all_move, step, at = 0.0, 0.0, 0.0, True, first, begin
+            mean, moment, square, cube, all_move, step, at = 0.0, 0.0, 0.0, 0.0, True, first, begin
             while at < end - slack:
                 last = step + 1 == len(self.rows)
                 to = end if last else min(self._end(step)[0], end)
@@ -361,8 +361,10 @@ class Moving(Resampling):
                 late = (at + to - begin - end) / (end - begin) / 2
                 moment += share * value * late + share**2 * rise / 12
                 square += share * value * (late**2 + share**2 / 12) + share**2 * late * rise / 6
+                cube += share * value * late * (late**2 + share**2 / 4)
+                cube += share**2 * rise * (late**2 / 4 + share**2 / 80)
                 at, step = to, step + (not last)
-            found[i], moments[:, i] = mean, (moment, square - mean / 12)
+            found[i], moments[:, i] = mean, (moment, square - mean / 12, cube)
             smooth = all_move and not self.known
             held = self._held_for(first, i, begin, end) if smooth else None
             if held is not None:
@@ -409,7 +411,7 @@ class Moving(Resampling):
         rows, moments, edges = (np.array(one) for one in zip(*found, strict=True))
         less = edges[:-1, 1] - edges[1:, 0]  # given to the older of two samples
         rows[:-1] += less
-        moments[:-1] += less[:, None] * np.array([1 / 2, 1 / 4])[:, None]
+        moments[:-1] += less[:, None] * np.array([1 / 2, 1 / 4, 1 / 8])[:, None]
         return spread(rows[1:], moments)
 
     def samples(self, count: int) -> FloatArray:

@@ -166,13 +166,15 @@ def shares_of(later: int, earlier: int) -> FloatArray:
 
     The effect f(s) of an input at a time s, in samples from the middle of its own, is the
     polynomial with the means that f has in so many samples after this one, in it, and in so many
-    before it. Weights of the moments of the order 1 and 2, (later + 1 + earlier, 2), that of the
+    before it. Weights of the moments of the orders 1 to 3, (later + 1 + earlier, 3), that of the
     latest sample first.
     """
     middles = np.arange(later, -earlier - 1, -1, dtype=np.float64)
     powers = np.arange(1, len(middles) + 1)
     means = ((middles[:, None] + 0.5) ** powers - (middles[:, None] - 0.5) ** powers) / powers
-    return np.asarray(np.linalg.inv(means).T[:, 1:3])
+    found = np.zeros((len(middles), 4))
+    found[:, : len(middles)] = np.linalg.inv(means).T[:, :4]
+    return found[:, 1:]
 
 
 def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
@@ -180,8 +182,8 @@ def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
 
     Args:
         means: of the samples, (count, n_inputs), oldest first.
-        moments: means of (u - mean) s^n, s = (t - middle) / h, for n = 1 and 2, of these and of
-            one before, (count + 1, 2, n_inputs).
+        moments: means of (u - mean) s^n, s = (t - middle) / h, for n = 1, 2 and 3, of these and
+            of one before, (count + 1, 3, n_inputs).
     """
     samples, count = np.array(means, dtype=np.float64), len(means)
     for k, of_sample in enumerate(moments):
@@ -221,13 +223,15 @@ class Resampling:
         self.inputs: list[FloatArray] = []
 
     def _moments_from(self, begin: float) -> FloatArray:
-        """Moments of held inputs in a sample from a time on, (2, n_inputs), as for ``spread``."""
+        """Moments of held inputs in a sample from a time on, (3, n_inputs), as for ``spread``."""
         step, ends = self.surrogate.window.step, np.cumsum(self.lengths)
         starts = ends - self.lengths
         low, high = np.maximum(starts, begin), np.minimum(ends, begin + step)
         shares = np.where(high - low > SLACK * step, (high - low) / step, 0.0)
         late = ((low + high) / 2 - begin - step / 2) / step
-        weights = np.stack([shares * late, shares * (late**2 + (shares**2 - 1) / 12)])
+        squares = late**2 + (shares**2 - 1) / 12
+        cubes = late * (late**2 + shares**2 / 4)
+        weights = shares * np.stack([late, squares, cubes])
         moments = weights @ (np.array(self.inputs) - self.inputs[0])
         moments[:, [k for k, signal in enumerate(self.surrogate.inputs) if signal.angle]] = 0
         return np.asarray(moments)

@@ -291,7 +291,7 @@ def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -
     ages = np.clip(np.arange(count, -1, -1), 1, 90)
     means = (rows[-ages[:-1]] + rows[-ages[1:]]) / 2  # each begins half a step later
     late = (rows[-ages[1:]] - rows[-ages[:-1]]) / 8
-    moments = np.stack([late, 0 * late], axis=1)
+    moments = np.stack([late, 0 * late, late / 8], axis=1)
     moments = np.concatenate([0 * moments[:1], moments])
     taken = spread(means, moments)
     scaled, others = (

@@ -109,15 +109,16 @@ def test_first_sample_that_was_told_to_move_is_judged_by_what_it_became(
 def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load) -> None:
     """The sum of four samples: each is the mean of a held input that moves. A ramp has the moment
     1 / 12. Of it, the four samples get (-9, 5, -25, 59, 9) / 48 where it is that of the newest, of
-    the next ones, or of the fifth. The kink has the moments 1 / 24 and 1 / 192, of which the
-    sample after it gets 9 / 48 and 21 / 48."""
+    the next ones, or of the fifth; and (-12, -4, 20, -28, 12) / 48 of the third moment 1 / 80. The
+    kink has the moments 1 / 24, 1 / 192 and 1 / 160, of which the sample after it gets 9 / 48,
+    21 / 48 and 12 / 48."""
     native = load(sum_surrogate()).instance().start()
     for length, expected in (
-        (1, 0.5 - 9 / 576),
-        (2, 4.5 - 29 / 576),
-        (1, 8 + 30 / 576),
-        (0.5, 10 + 30 / 576 + 9 / 48 / 24 + 21 / 48 / 192),
-        (0.5, 12 + 39 / 576),
+        (1, 0.5 - 9 / 576 - 12 / 3840),
+        (2, 4.5 - 29 / 576 + 4 / 3840),
+        (1, 8 + 30 / 576 - 24 / 3840),
+        (0.5, 10 + 30 / 576 - 24 / 3840 + 9 / 48 / 24 + 21 / 48 / 192 + 12 / 48 / 160),
+        (0.5, 12 + 39 / 576 - 12 / 3840),
     ):
         time = native.time()
         assert native.set(time / STEP) == native.set_rates(1 / STEP) == OK
@@ -128,16 +129,18 @@ def test_sum_of_a_window_under_moving_inputs_is_that_of_means_by_hand(load: Load
 @pytest.mark.parametrize("held", [False, True])
 def test_told_inputs_go_to_what_is_set_next(load: Load, held: bool) -> None:
     """Until then they go where the derivative leads, also where all others are held. On a line, or
-    after a kink, they have a moment of which the four samples get -9 / 48 and then 5 / 48. A
-    sample that moves smoothly has none: the one before it has an edge of its slope: it, 5 / 48
-    of a half and 3 / 48 of a quarter."""
+    after a kink, they have a moment of which the four samples get -9 / 48 and then 5 / 48, and a
+    third one, of which they get -12 / 48 and -4 / 48. A sample that moves smoothly has none: the
+    one before it has an edge of its slope: it, 5 / 48 of a half, 3 / 48 of a quarter and -4 / 48
+    of an eighth."""
     native = load(sum_surrogate()).instance(held=held).start()
-    rise, newest = 1 / 12 / 48, 9 if held else 48 + 5 / 2 + 3 / 4
+    newest, before = 9 / 576 + 12 / 3840, 5 / 576 - 4 / 3840
+    edge = (48 + 5 / 2 + 3 / 4 - 4 / 8) / 576
     for value, rate, expected in (
         (0.5, 0.0, 2.0),
-        (0.0, 0.1, 1.55 - 0.1 * rise * newest),  # the mean of the newest is 0.05
-        (0.0, 0.1, 1.05 - 9 * 0.1 * rise),  # it went from 0 to 0
-        (0.3, 0.0, 0.95 + 5 * 0.3 * rise),  # 0.15, from 0 to 0.3
+        (0.0, 0.1, 1.55 - 0.1 * (newest if held else edge)),  # the mean of the newest is 0.05
+        (0.0, 0.1, 1.05 - 0.1 * newest),  # it went from 0 to 0
+        (0.3, 0.0, 0.95 + 0.3 * before),  # 0.15, from 0 to 0.3
     ):
         assert native.set(value) == native.set_rates(rate / STEP) == OK
         assert native.do_step(native.time(), STEP) == OK

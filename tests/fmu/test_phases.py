@@ -136,7 +136,14 @@ class Between(Moving):
         return np.vstack([self.samples_until(self.now - h, count - 1), newest])
 
 
-@pytest.mark.parametrize(("milliseconds", "exact"), [(12, True), (20, True), (23, False)])
+@pytest.mark.parametrize(
+    ("milliseconds", "exact"),
+    [
+        (20, True),
+        pytest.param(12, True, marks=pytest.mark.extended),
+        pytest.param(23, False, marks=pytest.mark.extended),
+    ],
+)
 def test_steps_of_a_millisecond_are_exact_up_to_twenty_in_a_sample(
     load: Load, milliseconds: int, exact: bool
 ) -> None:
@@ -144,7 +151,7 @@ def test_steps_of_a_millisecond_are_exact_up_to_twenty_in_a_sample(
     window = dataclasses.replace(surrogate.window, step=1e-3 * milliseconds)
     surrogate = dataclasses.replace(surrogate, window=window)
     native, oracle = load(surrogate).instance(held=True).start(), Resampling(surrogate)
-    rows, far = drawn(30 * milliseconds, 2), []
+    rows, far = drawn(12 * milliseconds, 2), []
     for row, found in zip(rows, go(native, [1e-3 / STEP] * len(rows), rows, 2), strict=True):
         far.append(np.max(np.abs(oracle.step(1e-3, row)[0] - found)))
     assert (max(far) < TOLERANCE) == exact

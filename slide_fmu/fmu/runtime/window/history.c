@@ -375,8 +375,7 @@ typedef struct {
 static Course course_of(const SlideReader *reader, size_t input, double begin, double end) {
     const double slack = reader->shape->slack;
     SlideReader part = sought(reader, begin + slack);
-    Course course = {0, {0, 0}, true};
-    double square = 0; /* mean of u s^2 */
+    Course course = {0, {0}, true};
     const double middle = 0.5 * (begin + end);
     for (double from = begin; from < end - slack;) {
         const bool last = part.at + 1 == *part.history->count;
@@ -394,15 +393,18 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
         const double share = (to - from) / (end - begin);
         course.mean += share * value;
         const double late = (0.5 * (from + to) - middle) / (end - begin);
-        course.moments[0] += share * value * late + share * share * rise / 12;
-        square += share * (value * (late * late + share * share / 12) + share * late * rise / 6);
+        const double around = late * late + share * share / 12, own = share * share / 12;
+        course.moments[0] += share * (value * late + own * rise / share);
+        course.moments[1] += share * (value * around + 2 * own * late * rise / share);
+        course.moments[2] += share * (value * late * (late * late + 3 * own) +
+                                      own * rise / share * (3 * late * late + 1.8 * own));
         from = to;
         if (!last) {
             part.begin = end_of(&part);
             part.at += 1;
         }
     }
-    course.moments[1] = square - course.mean / 12;
+    course.moments[1] -= course.mean / 12;
     return course;
 }
 

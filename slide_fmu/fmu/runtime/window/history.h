@@ -115,8 +115,8 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
  * the first step: its inputs. Times may only rise from call to call. */
 void slide_history_at(SlideReader *reader, double time, double *inputs);
 
-/* Of an input that changes within a sample: the first and the second. */
-enum { SLIDE_MOMENTS = 2 };
+/* Of an input that changes within a sample: the first three. */
+enum { SLIDE_MOMENTS = 3 };
 
 /* Of what acts in a sample: inputs, corrected, moments and both edges. */
 enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS + 2 };
@@ -126,9 +126,9 @@ typedef struct {
     double *inputs;    /* physical */
     double *corrected; /* of an input that moves: how much of it is a correction, or, where it may have a
                           kink, how much more it would be if it had none; else 0 */
-    double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s and of
-                          (u - mean) s^2 over the sample, s = (t - middle) / h: how much later than their
-                          mean they come, and how far apart; else 0 */
+    double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s^n over the
+                          sample, s = (t - middle) / h, n = 1, 2, ..: how much later than their mean they
+                          come, how far apart, ..; else 0 */
     double *edges;     /* [2][n_inputs], of those that move smoothly, at the begin and at the end: the first
                           moment of a sample in which they would rise so fast throughout; else 0 */
 } SlideActing;

@@ -10,36 +10,44 @@
 typedef struct {
     double of[SLIDE_MOMENTS], in_doubt[SLIDE_MOMENTS];
 } Share;
-#define IN_DOUBT(factor) {(factor)*5.0 / 48, (factor) / 16.0}
-static const Share SHARES[SLIDE_SPREAD + 2] = {{{3.0 / 16, 7.0 / 16}, {0, 0}},
-                                               {{25.0 / 24, -3.0 / 4}, IN_DOUBT(1)},
-                                               {{-7.0 / 4, 1.0 / 8}, IN_DOUBT(-4)},
-                                               {{5.0 / 8, 1.0 / 4}, IN_DOUBT(6)},
-                                               {{-5.0 / 48, -1.0 / 16}, IN_DOUBT(-4)},
-                                               {{0, 0}, IN_DOUBT(1)}};
-static const Share OF_NEWEST[SLIDE_SPREAD + 1] = {{{95.0 / 48, 23.0 / 16}, IN_DOUBT(1)},
-                                                  {{-29.0 / 8, -17.0 / 4}, IN_DOUBT(-4)},
-                                                  {{5.0 / 2, 37.0 / 8}, IN_DOUBT(6)},
-                                                  {{-25.0 / 24, -9.0 / 4}, IN_DOUBT(-4)},
-                                                  {{3.0 / 16, 7.0 / 16}, IN_DOUBT(1)}};
+#define IN_DOUBT(factor) {(factor)*5.0 / 48, (factor) / 16.0, -(factor) / 12.0}
+static const Share SHARES[SLIDE_SPREAD + 2] = {{{3.0 / 16, 7.0 / 16, 1.0 / 4}, {0, 0, 0}},
+                                               {{25.0 / 24, -3.0 / 4, -5.0 / 6}, IN_DOUBT(1)},
+                                               {{-7.0 / 4, 1.0 / 8, 1}, IN_DOUBT(-4)},
+                                               {{5.0 / 8, 1.0 / 4, -1.0 / 2}, IN_DOUBT(6)},
+                                               {{-5.0 / 48, -1.0 / 16, 1.0 / 12}, IN_DOUBT(-4)},
+                                               {{0, 0, 0}, IN_DOUBT(1)}};
+static const Share OF_NEWEST[SLIDE_SPREAD + 1] = {
+    {{95.0 / 48, 23.0 / 16, 5.0 / 12}, IN_DOUBT(1)},
+    {{-29.0 / 8, -17.0 / 4, -3.0 / 2}, IN_DOUBT(-4)},
+    {{5.0 / 2, 37.0 / 8, 2}, IN_DOUBT(6)},
+    {{-25.0 / 24, -9.0 / 4, -7.0 / 6}, IN_DOUBT(-4)},
+    {{3.0 / 16, 7.0 / 16, 1.0 / 4}, IN_DOUBT(1)}};
+
+/* A sum over the moments of an input, [SLIDE_MOMENTS][n_inputs]; 0 where it has none. */
+static double weighed(const double *weights, const double *moments, size_t n_inputs) {
+    double sum = 0;
+    for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
+        sum += weights[order] * moments[order * n_inputs];
+    }
+    return sum;
+}
 
 /* What a sample of an age has of moments goes to those beside it, of so many. */
 static void spread(const SlideModel *model, uint64_t age, uint64_t count) {
     const size_t n_inputs = model->n_inputs;
-    const double *first = model->moments + (size_t)age * SLIDE_MOMENTS * n_inputs;
-    const double *second = first + n_inputs;
     const Share *shares = age > 0 ? SHARES : OF_NEWEST;
     const uint64_t newest = age > 0 ? age - 1 : 0, oldest = age + SLIDE_SPREAD;
     for (size_t i = 0; i < n_inputs; ++i) {
-        const bool changes = first[i] != 0 || second[i] != 0;
+        const double *moments = model->moments + (size_t)age * SLIDE_MOMENTS * n_inputs + i;
+        const bool changes = moments[0] != 0 || moments[n_inputs] != 0 || moments[2 * n_inputs] != 0;
         for (uint64_t to = newest; changes && to <= oldest && to < count; ++to) {
             const Share *share = &shares[to - newest];
             const size_t place = (size_t)to * n_inputs + i;
-            model->taken[place] += share->of[0] * first[i] + share->of[1] * second[i];
+            model->taken[place] += weighed(share->of, moments, n_inputs);
             if (model->others.capacity > 0) {
                 model->others_taken[place] +=
-                    model->bound.doubt *
-                    (share->in_doubt[0] * first[i] + share->in_doubt[1] * second[i]);
+                    model->bound.doubt * weighed(share->in_doubt, moments, n_inputs);
             }
         }
     }
@@ -55,9 +63,12 @@ static void bend(const SlideModel *model, uint64_t age) {
     double *moments = model->moments + SLIDE_MOMENTS * place;
     for (size_t i = 0; i < n_inputs; ++i) {
         const double less = ends[i] - begins[i];
-        model->taken[place + i] += less;
-        moments[i] += less / 2;
-        moments[n_inputs + i] += less / 4;
+        double part = less;
+        model->taken[place + i] += part;
+        for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
+            part /= 2; /* the edge is at s = 1/2 */
+            moments[order * n_inputs + i] += part;
+        }
     }
 }
 

@@ -9,9 +9,9 @@
  *
  * What acts on a system counts by its effect f(t) at the newest end, and a sample by the mean of f in
  * it. So of held inputs that change within a sample the mean alone comes at the wrong time. With the
- * first and the second moment (SlideActing), f is taken from the polynomial whose means are those of f
- * in the sample, in the one after it and in three before it, up to its second order; of the newest, in
- * itself and in four before it. So these samples get shares of the moments. */
+ * moments (SlideActing), f is taken from the polynomial whose means are those of f in the sample, in the
+ * one after it and in three before it, up to its third order; of the newest, in itself and in four
+ * before it. So these samples get shares of the moments. */
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before);
 
 /* The same for a phase that goes on: of samples that are open in it and of new ones. Where

@@ -69,6 +69,11 @@ unsigned char *slide_history_moved(const SlideHistoryShape *shape, const SlideHi
     return moved_at(shape, history, *history->count - 1 - age);
 }
 
+double slide_history_length(const SlideHistoryShape *shape, const SlideHistory *history,
+                            uint64_t age) {
+    return step_at(shape, history, *history->count - 1 - age)[0];
+}
+
 /* Does the newest step go on from the one before as if both were one? Held inputs that stay lose
  * nothing by it. */
 static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *history) {

@@ -75,6 +75,10 @@ void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *
 /* The step appended last is taken back; what was joined stays so. */
 void slide_history_take_back(const SlideHistoryShape *shape, SlideHistory *history);
 
+/* The length (s) of the newest step but so many. */
+double slide_history_length(const SlideHistoryShape *shape, const SlideHistory *history,
+                            uint64_t age);
+
 /* Flags [n_inputs] of the newest step but so many. */
 unsigned char *slide_history_moved(const SlideHistoryShape *shape, const SlideHistory *history,
                                    uint64_t age);

@@ -83,6 +83,8 @@ static void place_undo(SlideModel *model, SlideArena *arena) {
     undo->revised = slide_place(arena, model->n_outputs, sizeof(double));
     undo->acting = slide_place(arena, model->parameters.count, sizeof(double));
     undo->since = slide_place(arena, model->n_phases + 1, sizeof(double));
+    undo->kept_of = slide_place(arena, model->n_phases, sizeof *undo->kept_of);
+    undo->expected = slide_place(arena, model->n_phases, sizeof *undo->expected);
     undo->start_used = slide_place(arena, 1, sizeof *undo->start_used);
     undo->seen = slide_place(arena, 1, sizeof *undo->seen);
     undo->count = slide_place(arena, 3, sizeof *undo->count);

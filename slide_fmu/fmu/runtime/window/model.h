@@ -49,6 +49,7 @@ typedef struct {
     double *revised;          /* [n_outputs], SlideSeen.revised of the phase that went on */
     double *acting;           /* [parameters.count], SlideState.acting */
     double *since;            /* [n_phases + 1], SlideSeenHead.since */
+    uint64_t *kept_of, *expected; /* [n_phases], SlideSeenHead.kept and expected */
     uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
     struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
     uint64_t *count;            /* [3], its samples, its place, and how many phases went on */

@@ -198,6 +198,10 @@ void slide_phases_prepare(const SlideModel *model, const SlideState *state) {
     for (size_t place = 0; place <= model->n_phases; ++place) {
         undo->since[place] = state->seen[place].head->since;
     }
+    for (size_t place = 0; place < model->n_phases; ++place) {
+        undo->kept_of[place] = state->seen[place].head->kept;
+        undo->expected[place] = state->seen[place].head->expected;
+    }
 }
 
 /* The phase that went on is what it was. */
@@ -234,9 +238,13 @@ bool slide_phases_undo(const SlideModel *model, SlideState *state) {
     }
     slide_start(model, state)->head->used = *undo->start_used;
     undo->seen->since = undo->since[undo->count[1]];
+    undo->seen->kept = undo->kept_of[undo->count[1]];
+    undo->seen->expected = undo->expected[undo->count[1]];
     for (size_t place = 0; place < model->n_phases; ++place) {
         SlideSeen *seen = &state->seen[place];
-        if (seen->head->used <= n_steps) {
+        if (seen->head->used <= n_steps) { /* it may have been told of what failed */
+            seen->head->kept = undo->kept_of[place];
+            seen->head->expected = undo->expected[place];
             continue;
         }
         /* one that went on twice was noted after it had seen what failed */

@@ -117,20 +117,6 @@ static void move_told(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* A held input that began to change some steps ago turns out to move smoothly, as a ramp after a rest:
- * so it did in those steps. Phases look at them again, as far as their samples are open. */
-static void tell_later(const SlideModel *model, SlideState *state, size_t input) {
-    const uint64_t n_changes = slide_forecast_n_changes(&state->forecast, input);
-    for (uint64_t age = 2; age < n_changes && age < SLIDE_TOLD_LATER; ++age) {
-        unsigned char *moved = slide_history_moved(&model->history, &state->history, age) + input;
-        *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
-    }
-    for (size_t place = 0; place < model->n_phases; ++place) {
-        state->seen[place].head->kept = 0;
-        state->seen[place].head->expected = 1;
-    }
-}
-
 /* Which inputs move smoothly in the newest step, as far as can be told, and did in the one before it,
  * now that its end is known: those that a forecast serves better than holding them. An angle of
  * held inputs is held, unless its derivative is told. */
@@ -143,9 +129,6 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
         moved[i] = may && slide_forecast_moves(&model->forecast, &state->forecast, i)
                        ? SLIDE_MOVED
                        : SLIDE_HELD;
-        if (model->n_unsettled > 0 && moved[i] == SLIDE_MOVED && before[i] == SLIDE_HELD) {
-            tell_later(model, state, i);
-        }
         before[i] = before[i] == SLIDE_TOLD ? SLIDE_TOLD : moved[i];
         i += model->cosine[i];
     }
@@ -309,9 +292,45 @@ static bool reach(const SlideModel *model, SlideState *state) {
     return done;
 }
 
+/* A held input that began to change some steps ago turns out to move smoothly, as a ramp after a rest:
+ * so it did in those steps. Steps that were joined are fewer than the points that changed: the first
+ * longer one may be the rest. */
+static void tell_back(const SlideModel *model, SlideState *state, size_t input) {
+    const SlideHistoryShape *shape = &model->history;
+    const uint64_t n_changes = slide_forecast_n_changes(&state->forecast, input);
+    const uint64_t count = *state->history.count;
+    bool joined = false;
+    for (uint64_t age = 1; age < n_changes && age < SLIDE_TOLD_LATER && age + 1 < count; ++age) {
+        const double length = slide_history_length(shape, &state->history, age);
+        unsigned char *moved = slide_history_moved(shape, &state->history, age) + input;
+        joined = joined || length <= shape->shortest;
+        if (joined && length > shape->shortest) {
+            break;
+        }
+        *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
+    }
+}
+
+/* Phases look at such steps again, as far as their samples are open. */
+static void tell_later(const SlideModel *model, SlideState *state) {
+    const unsigned char *moved = slide_history_moved(&model->history, &state->history, 0);
+    bool told = false;
+    for (size_t i = 0; model->n_unsettled > 0 && i < model->n_inputs; ++i) {
+        if (moved[i] == SLIDE_MOVED && state->before.moved[i] == SLIDE_HELD) {
+            tell_back(model, state, i);
+            told = true;
+        }
+    }
+    for (size_t place = 0; told && place < model->n_phases; ++place) {
+        state->seen[place].head->kept = 0;
+        state->seen[place].head->expected = 1;
+    }
+}
+
 /* The outputs at the end of the newest step. */
 static bool finish(const SlideModel *model, SlideState *state) {
     go_to_end(model, state);
+    tell_later(model, state);
     if (!reach(model, state)) {
         return false;
     }

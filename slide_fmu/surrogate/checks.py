@@ -17,8 +17,9 @@ from slide_fmu.surrogate.input_forecast import InputForecast
 START_TOLERANCE = 1e-12
 """A start may lie outside offset -+ scale by this, relative to |offset| + scale (rounding)."""
 
-RANGE_SLACK = 1e-6
-"""Scaled inputs range from -1 to 1; they may lie outside by this (rounding)."""
+RANGE_SLACK = 1e-4
+"""Scaled inputs range from -1 to 1; they may lie outside by this: planned motions go along curves,
+which reach a little beyond their samples."""
 
 LENGTH_SLACK = 0.01
 """The length of an angle's cosine and sine, 1 in training, may differ by this."""

@@ -6,8 +6,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Of scaled inputs, which have the range -1 to 1: rounding. */
-#define SLIDE_RANGE_SLACK 1e-6
+/* Of scaled inputs, which have the range -1 to 1: planned motions go along curves, which reach a little
+ * beyond their samples. */
+#define SLIDE_RANGE_SLACK 1e-4
 
 /* Of the length of a director, which was 1 in the training. Shorter ones come from importers that
  * move cosine and sine each by itself: then the angle does not turn steadily. */

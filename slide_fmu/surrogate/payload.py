@@ -45,10 +45,9 @@ of degrees up to 16.
 
 BOUN has the samples in a short and in a long block, the factors for the confidences 0.9, 0.95 and
 0.99, the limits, tolerances, floors and a doubt that are not negative, shares, the companion and
-the head
-(``error_bound.py``), which takes the estimates of ESTI where there is one. It is never in a file
-with PARA. SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the head
-gives twice the number of values.
+the head (``error_bound.py``), which takes the estimates of ESTI where there is one. It is never in
+a file with PARA. SPAN is only in files with BOUN and without ESTI (``span_estimate.py``); then the
+head gives twice the number of values.
 
 There is one version for all files: the sections that are present say what a file has. Another
 layout gets another version.

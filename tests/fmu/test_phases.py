@@ -115,7 +115,7 @@ def test_parts_of_a_step_give_the_whole_window_of_a_network_that_forgets(
     for k, row in enumerate(rows):
         outputs, _ = oracle.step(STEP / parts, row).results()
         # that inputs move after a rest is told late: the oldest sample that this changes stays
-        late = hold == "zero_order" and k > 15 * parts
+        late = hold == "zero_order" and parts == 3 and k > 15 * parts
         near = 1e-2 if late else TOLERANCE
         np.testing.assert_allclose(found[k], outputs, rtol=0, atol=near, err_msg=f"step {k}")
 
@@ -177,7 +177,7 @@ def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
         outputs, _ = oracle.step(length * STEP, row).results()
         spread.append(outputs)
         if k > count // 2:
-            near = 1e-3 if hold == "first_order" else 4e-2
+            near = 1e-3 if hold == "first_order" else 4e-2 if max(lengths) > 2 else 2e-2
             np.testing.assert_allclose(found[k], outputs, rtol=0, atol=near, err_msg=f"{k}")
     assert np.ptp(spread) > 0.1
 

@@ -75,7 +75,8 @@ def _with_forecast(work: Work, fit: Fit) -> Fit:
     forecast = fit_forecast(source.inputs, learnt.inputs, recipe.window.planned)
     if forecast is None:
         return fit
-    forecast = replace(forecast, sampled=source.sampled_only or recipe.data.substeps > 1)
+    sampled = source.sampled_only or recipe.data.substeps > 1
+    forecast = replace(forecast, sampled=sampled, jumps=recipe.data.jumps)
     return replace(fit, surrogate=replace(fit.surrogate, forecast=forecast))
 
 

@@ -46,6 +46,8 @@ class InputForecast:
         largest_change: largest change in a sample step, in the inputs' units; for an angle its
             turn in rad; shape (n_inputs,). Forecasts are clipped to it.
         n_scored: number of inputs whose forecasts decide which candidate is used.
+        jumps: whether inputs of the training jumped between samples, at any time, up to the
+            largest change. Else a jump is what is much faster than the largest change in a step.
 
     Raises:
         ValueError: the shapes do not match, or a number is not finite.
@@ -57,6 +59,7 @@ class InputForecast:
     largest_change: FloatArray = field(default_factory=lambda: np.zeros(1))
     n_scored: int = 24
     sampled: bool = False
+    jumps: bool = False
 
     def __post_init__(self) -> None:
         shape, changes = self.weights.shape, self.largest_change

@@ -54,7 +54,7 @@ layout gets another version.
 
 MOVE describes the forecast of inputs with a first-order hold (``input_forecast.py``); without it
 they are held while unknown. Flags: 1, the inputs are planned motions; 2, the FMU starts with
-inputs_at_step_end = 1; 4, they are samples of measured records.
+inputs_at_step_end = 1; 4, they are samples of measured records; 8, they jumped in the training.
 
 A feed-forward surrogate gives n_outputs values per evaluation (n_samples = n_in - n_out + 1; a
 block is n_out evaluations, one per position), or n_out * n_outputs values (n_samples = n_in; a
@@ -374,7 +374,7 @@ def _decode_estimator(section: Reader, n_inputs: int) -> ErrorEstimator:
     return ErrorEstimator(network, LogError(low, high), positions, ranges)
 
 
-PLANNED, AT_STEP_END, SAMPLED = 1, 2, 4
+PLANNED, AT_STEP_END, SAMPLED, JUMPS = 1, 2, 4, 8
 """Flags of MOVE."""
 
 
@@ -383,7 +383,7 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
     rows = [forecast.largest_change[:, None], forecast.weights.reshape(n_inputs, -1)]
     sizes = (n_candidates, n_past, forecast.n_scored)
     flags = PLANNED * forecast.planned + AT_STEP_END * forecast.at_step_end
-    flags += SAMPLED * forecast.sampled
+    flags += SAMPLED * forecast.sampled + JUMPS * forecast.jumps
     head = struct.pack("<IIII", flags, *sizes)
     body: bytes = np.concatenate(rows, axis=1).astype("<f8").tobytes()
     return head + body
@@ -392,13 +392,13 @@ def _encode_forecast(forecast: InputForecast) -> bytes:
 def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
     flags, n_candidates, n_past, n_scored = (section.u32() for _ in range(4))
     if (
-        flags > PLANNED + AT_STEP_END + SAMPLED
+        flags > PLANNED + AT_STEP_END + SAMPLED + JUMPS
         or n_candidates > MAX_CANDIDATES
         or n_past > MAX_PAST
     ):
         raise ValueError(
             f"forecast with flags {flags}, {n_candidates} candidates of {n_past} "
-            f"samples; expected flags up to 7, "
+            f"samples; expected flags up to 15, "
             f"at most {MAX_CANDIDATES} and {MAX_PAST}"
         )
     columns = 1 + n_candidates * n_past
@@ -411,4 +411,5 @@ def _decode_forecast(section: Reader, n_inputs: int) -> InputForecast:
         planned=bool(flags & PLANNED),
         at_step_end=bool(flags & AT_STEP_END),
         sampled=bool(flags & SAMPLED),
+        jumps=bool(flags & JUMPS),
     )

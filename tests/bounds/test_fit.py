@@ -31,7 +31,13 @@ from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from tests.progress import no_stages, silent
-from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, with_expert
+from tests.recipes import (
+    ESTIMATOR,
+    recipe_of_model,
+    tiny_recipe,
+    tiny_state_space_recipe,
+    with_expert,
+)
 from tests.refusals import refused
 
 SMALL_ERROR = 1e-3
@@ -53,6 +59,17 @@ LEARNING = tiny_recipe(
     },
     estimator=ESTIMATOR,
 )
+
+
+JUMPING = """
+inputs = {"force": {"unit": "N", "range": [-1.0, 1.0]}}
+outputs = {"position": {"unit": "m", "range": [-0.01, 0.01]}}
+hold = "first_order"
+start = [0.0, 0.0]
+f = lambda x, u, p: [x[1], u[0] - 1600 * x[0] - 40 * x[1]]
+g = lambda x, u, p: [x[0]]
+"""
+"""A model with an input that moves."""
 
 
 def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
@@ -256,3 +273,18 @@ def test_fit_tells_its_cpu_time_which_a_fit_that_is_found_again_keeps(
     kept = again.histories["surrogate"].cpu_seconds
     assert kept is not None
     assert seconds <= kept < seconds + 5
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_surrogate_says_whether_inputs_jumped_in_the_training(tmp_path: Path, jumps: bool) -> None:
+    kind = {"kind": "steps", "weight": 1.0, "duration": (0.05, 0.5)}
+    recipe = recipe_of_model(
+        tmp_path / "model.py",
+        data={"train": 2, "jumps": jumps, "substeps": 4, "excitation": [kind]},
+    )
+    (tmp_path / "model.py").write_text(JUMPING, encoding="utf-8")
+    with ThreadPoolExecutor(1) as pool:
+        generate(case_of(recipe), tmp_path / "store", pool, silent)
+    forecast = fitted(recipe, tmp_path / "store", tmp_path / "checkpoints").surrogate.forecast
+    assert forecast is not None
+    assert forecast.jumps == jumps

@@ -269,3 +269,35 @@ def test_derivative_after_a_longer_step_leaves_the_domain(load: Load) -> None:
     assert native.get(*place) == [1.0]
     derivatives(native, 2, 2)
     assert native.get(*place) == [1.0]
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+@pytest.mark.parametrize("parts", [1, 4])
+@pytest.mark.parametrize("change", [0.07, 0.2, 0.38, 0.6])
+def test_moving_input_that_jumps_further_than_in_the_training_is_out_of_the_domain(
+    load: Load, jumps: bool, parts: int, change: float
+) -> None:
+    """A quarter of a step is time for a quarter of the change, unless the training had jumps."""
+    surrogate = tolerant("moving", ranges=False)
+    bound, forecast = surrogate.bound, surrogate.forecast
+    assert bound is not None
+    assert forecast is not None
+    largest = forecast.largest_change[0]
+    surrogate = dataclasses.replace(
+        surrogate,
+        bound=dataclasses.replace(bound, limits=1e9 * bound.limits),
+        forecast=dataclasses.replace(forecast, jumps=jumps),
+    )
+    native = load(surrogate).instance(held=False).start()
+    place, before = places(surrogate, "IN_DOMAIN"), 4 * parts
+    after = surrogate.network.memory_length * parts
+    inside = []
+    for k in range(before + after + 2):
+        assert native.set(0.2 + change * (k >= before), 0.5) == OK
+        assert native.do_step(native.time(), STEP / parts) == OK
+        inside += native.get(*place)
+    limit = 1.3 * largest * (1 if jumps else 1 / parts)
+    expected = np.ones(len(inside))
+    if change > limit:
+        expected[before : before + after] = 0
+    assert inside == pytest.approx(expected)

@@ -366,6 +366,16 @@ def test_forecast_of_inputs_is_kept_to_the_bit() -> None:
     assert surrogate.to_bytes() == MOVING
 
 
+@pytest.mark.parametrize("flag", ["planned", "at_step_end", "sampled", "jumps"])
+def test_each_flag_of_a_forecast_is_kept_alone(flag: str) -> None:
+    flags = dict.fromkeys(("planned", "at_step_end", "sampled", "jumps"), False) | {flag: True}
+    moving = Surrogate.from_bytes(MOVING)
+    assert moving.forecast is not None
+    flagged = replace(moving, forecast=replace(moving.forecast, **flags))
+    found = Surrogate.from_bytes(flagged.to_bytes()).forecast
+    assert {name: getattr(found, name) for name in flags} == flags
+
+
 def test_forecast_of_held_inputs_or_of_another_number_is_refused() -> None:
     moving, held = Surrogate.from_bytes(MOVING), Surrogate.from_bytes(SMALL)
     with refused(ValueError, "forecast of 2 inputs", "the hold 'zero_order'"):

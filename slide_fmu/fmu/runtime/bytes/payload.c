@@ -187,11 +187,12 @@ static void read_forecast(SlidePayload *payload, SlideCursor *file) {
     slide_open_section(file, "MOVE");
     const uint32_t flags = slide_take_u32(file, "MOVE"); /* 1, 4: Python's alone */
     view->at_step_end = (flags & 2u) != 0;
+    view->jumps = (flags & 8u) != 0;
     view->n_candidates = slide_take_u32(file, "MOVE");
     view->n_past = slide_take_u32(file, "MOVE");
     view->n_scored = slide_take_u32(file, "MOVE");
     slide_check(file,
-                payload->first_order && flags <= 7 &&
+                payload->first_order && flags <= 15 &&
                     view->n_candidates <= MAX_CANDIDATES && view->n_past >= 1 &&
                     view->n_past <= MAX_PAST && view->n_scored >= 1 &&
                     view->n_scored <= MAX_SCORED,
@@ -254,7 +255,7 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     if (payload->has_bound && file->good) {
         slide_bound_check_head(payload, &payload->bound, file);
     }
-    payload->forecast = (SlideForecastView){false, 0, 1, 1, NULL};
+    payload->forecast = (SlideForecastView){false, false, 0, 1, 1, NULL};
     if (is_next(file, "MOVE")) {
         read_forecast(payload, file);
     }

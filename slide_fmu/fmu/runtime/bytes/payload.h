@@ -12,6 +12,7 @@ typedef enum { SLIDE_NO_ANGLE, SLIDE_COSINE, SLIDE_SINE } SlideAngle;
 /* How inputs that move go on (window/forecast.h); without candidates they are held. */
 typedef struct {
     bool at_step_end; /* does a value that is set count as reached by the end of the step? */
+    bool jumps;       /* did inputs of the training jump between samples? */
     uint32_t n_candidates, n_past, n_scored;
     const unsigned char *rows; /* f64 [n_inputs][1 + n_candidates * n_past] */
 } SlideForecastView;

@@ -75,6 +75,7 @@ void slide_forecast_place(SlideForecast *forecast, const SlidePayload *payload,
     const size_t n = payload->n_inputs;
     const size_t n_weights = (size_t)forecast->n_candidates * forecast->n_past;
     forecast->sample_step = payload->step;
+    forecast->jumps = view->jumps;
     forecast->largest = slide_place(arena, n, sizeof(double));
     forecast->weights = slide_place(arena, n * n_weights, sizeof(double));
     forecast->low = slide_place(arena, n, sizeof(double));
@@ -295,7 +296,8 @@ bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastStat
 
 bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
                           const double *from, const double *to, double time) {
-    const double part = FASTER * time / forecast->sample_step;
+    const double samples = time / forecast->sample_step;
+    const double part = FASTER * (forecast->jumps ? fmax(samples, 1) : samples);
     for (size_t i = 0; i < shape->n_inputs; ++i) {
         const bool of_angle = shape->cosine[i];
         const double range = of_angle ? 2 : forecast->high[i] - forecast->low[i];

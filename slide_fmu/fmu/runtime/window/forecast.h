@@ -13,6 +13,7 @@ typedef struct {
     uint32_t n_candidates, n_past, n_scored;
     uint32_t least_changes; /* of the last points scored, of an input that moves */
     double sample_step; /* s */
+    bool jumps;         /* did inputs of the training jump between samples? */
     double *largest;    /* [n_inputs], the largest change in a sample step; of an angle its turn,
                            in rad, in the place of its cosine */
     double *weights;    /* [n_inputs][n_candidates][n_past], of u(t - i H) - u(t), i >= 1 */
@@ -51,7 +52,8 @@ void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *
                         const SlideHistory *history, SlideForecastState *state);
 
 /* Does any input go from some values to others faster than any did in the training: in a time (s)
- * further than there in as much of a sample step, and not by a little only? */
+ * further than there in as much of a sample step, and not by a little only? Where they jumped in the
+ * training, they may go at once as far as there in a sample step. */
 bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape *shape,
                           const double *from, const double *to, double time);
 

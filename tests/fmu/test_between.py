@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import Hold
+from slide_fmu.fmu.export import read_fmu
 from tests.bounded import bounded_surrogate
 from tests.fmu.any_step import FORGETFUL, LASTING, both_holds, drawn, go
 from tests.fmu.derivatives import derivatives
@@ -15,8 +18,10 @@ from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
 from tests.fmu.native import ERROR, OK, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_error_bounds import places, surrogate_of
+from tests.fmu.test_moving_inputs import set_at_step_end
 from tests.fmu.test_ranges import WIDE, reference
 
+RELEASED = Path(__file__).parents[2] / "fmus"
 PARTS = 25
 """Steps in a sample step: more than there are phases."""
 
@@ -88,6 +93,51 @@ def test_input_out_of_range_counts_at_once_until_the_memory_has_lost_it(load: Lo
     assert all(found[:left])
     assert not any(found[left : left + int(memory / length)])
     assert found[-1]
+
+
+def test_held_inputs_that_jump_between_samples_act_at_their_time(load: Load) -> None:
+    """Half a millisecond has more phases than are kept, a millisecond has not. With means of
+    newest samples alone, outputs are off by a fortieth."""
+    surrogate, _ = read_fmu(RELEASED / "duffing_10ms" / "duffing_10ms.fmu")
+    loaded = load(surrogate)
+    levels = np.random.default_rng(4).uniform(-800, 800, 500)  # N, each for 8 ms
+    found = []
+    for parts in (8, 16):
+        native = loaded.instance(held=False).start()
+        found.append([])
+        for level in levels:
+            native.set(level)
+            for _ in range(parts):
+                assert native.do_step(native.time(), 0.008 / parts) == OK
+            found[-1] += native.get(1)
+    exact, interpolated = np.array(found)[:, 100:]
+    assert rms((interpolated - exact)[:, None])[0] < 1e-3 * np.std(exact)
+
+
+def test_bound_knows_what_forecasts_missed_between_phases(load: Load) -> None:
+    """An angle jumps a little, which no forecast knows: steps of 5 ms have phases of their own,
+    those of 4.9 ms have none."""
+    surrogate, _ = read_fmu(RELEASED / "slider_crank_20ms" / "slider_crank_20ms.fmu")
+    loaded, place = load(surrogate), places(surrogate, "ERROR_BOUND")
+    widths = []
+    for step in (5.0e-3, 4.9e-3):
+        bounds = []
+        for known in (False, True):
+            native = loaded.instance(held=False)
+            if known:
+                set_at_step_end(native, 1.0)
+            native.start()
+            times = step * np.arange(int(20 / step))
+            angles = 3 * np.sin(0.4 * np.pi * times) + 0.02 * np.floor(2 * times + 1e-6)
+            found = []
+            for angle in angles:
+                native.set(np.cos(angle), np.sin(angle))
+                assert native.do_step(native.time(), step) == OK
+                found.append(native.get(*place))
+            bounds.append(rms(np.array(found)[len(found) // 2 :])[0])
+        widths.append(bounds[0] / bounds[1])
+    assert widths[0] > 3
+    assert widths[1] == pytest.approx(widths[0], rel=0.4)
 
 
 def test_novelty_is_the_largest_of_the_phases_behind_the_outputs(load: Load) -> None:

@@ -49,7 +49,8 @@ def test_ramp_after_a_rest_is_right_where_short_steps_are_joined(load: Load, res
         native = loaded.instance(held=False).start()
         found.append(np.array(goes(native, rows, parts, 2))[parts - 1 :: parts])
     assert np.ptp(found[0]) > 0.5
-    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=0.02)
+    # in the first sample, nothing tells yet that the input moves
+    np.testing.assert_allclose(found[1][1:], found[0][1:], rtol=0, atol=0.02)
 
 
 @pytest.mark.parametrize("parts", [1, 4])

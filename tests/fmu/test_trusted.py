@@ -301,3 +301,61 @@ def test_moving_input_that_jumps_further_than_in_the_training_is_out_of_the_doma
     if change > limit:
         expected[before : before + after] = 0
     assert inside == pytest.approx(expected)
+
+
+def course(kind: str, count: int) -> FloatArray:
+    """Values of an input from 0.1 to 0.9, at every step."""
+    rng, times = np.random.default_rng(6), np.arange(count)
+    smooth = 0.3 * np.sin(0.02 * times)
+    jumps = rng.uniform(-0.4, 0.4, count)
+    rising = np.minimum(0.0025 * times, 0.0025 * (count - 40))
+    kinds = {
+        "sine": smooth,
+        "sine with noise": smooth + rng.normal(0, 0.003, count),
+        "sine with hum": smooth + 0.006 * np.sin(0.5 * np.pi * times + 0.3),
+        "sine with jumps": 0.5 * smooth + 0.2 * (times // 30 % 2),
+        "levels": jumps,
+        "levels held for three steps": np.repeat(jumps, 3)[:count],
+        "triangle": 0.3 * np.arcsin(np.sin(0.03 * times)),
+        "ramp that ends": rising - 0.2,
+        "rest with noise": rng.normal(0, 0.003, count),
+        "walk": np.clip(np.cumsum(rng.uniform(-0.05, 0.05, count)), -0.4, 0.4),
+    }
+    return 0.5 + kinds[kind]
+
+
+@pytest.mark.parametrize("parts", [1, 4])
+@pytest.mark.parametrize(
+    ("kind", "clear"),
+    [
+        ("sine", True),
+        ("sine with noise", False),
+        ("sine with hum", False),
+        ("sine with jumps", False),
+        ("levels", True),
+        ("levels held for three steps", True),
+        ("triangle", True),
+        ("ramp that ends", True),
+        ("rest with noise", True),
+        ("walk", False),
+    ],
+)
+def test_held_input_that_may_be_smooth_or_not_is_out_of_the_domain(
+    load: Load, kind: str, clear: bool, parts: int
+) -> None:
+    """Unless the importer says that it is held."""
+    surrogate = tolerant("plain", ranges=False)
+    bound = surrogate.bound
+    assert bound is not None
+    free = dataclasses.replace(bound, limits=1e9 * bound.limits)
+    loaded, place = (
+        load(dataclasses.replace(surrogate, bound=free)),
+        places(surrogate, "IN_DOMAIN"),
+    )
+    for held in (False, True):
+        native, inside = loaded.instance(held=held).start(), []
+        for value in course(kind, 600 if kind == "walk" else 240):
+            assert native.set(value, 0.5) == OK
+            assert native.do_step(native.time(), STEP / parts) == OK
+            inside += native.get(*place)
+        assert all(inside) == (clear or held)

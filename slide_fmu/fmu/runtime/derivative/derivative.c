@@ -75,11 +75,7 @@ static void redo(const Replay *replay, const double *given, double amount) {
         }
     } else {
         slide_stream_set_again(model, state, state->inputs);
-        if (state->head->between) {
-            slide_sample_between(model, state, replay->n_moved);
-        } else {
-            slide_sample(model, state, replay->n_moved, 0);
-        }
+        slide_sample(model, state, replay->n_moved, 0);
     }
     put_earlier(replay);
 }

@@ -4,6 +4,7 @@
 #include "sampling.h"
 
 #include <math.h>
+#include <string.h>
 
 enum {
     N_NODES = 4, /* phases that a cubic goes through */
@@ -30,7 +31,88 @@ static void weigh(double x, double weights[N_NODES]) {
     weights[3] = (x + 1) * x * (x - 1) / 6;
 }
 
-bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,
+/* What held inputs become after the end of the newest step, so much later (s): those that move smoothly
+ * go on along a parabola, within their ranges. */
+static void go_beyond(const SlideModel *model, SlideState *state, double later) {
+    const SlideHistoryShape *shape = &model->history;
+    const SlideForecast *forecast = &model->forecast;
+    const unsigned char *moved = slide_history_moved(shape, &state->history, 0);
+    double *newest = slide_history_newest(shape, &state->history);
+    const double length = newest[0];
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const double begin = newest[1 + i], end = state->history.end[i];
+        if (moved[i] == SLIDE_HELD) {
+            continue;
+        }
+        double slope = (end - begin) / length;
+        if (moved[i] == SLIDE_MOVED && *state->history.count > 1 &&
+            slide_history_moved(shape, &state->history, 1)[i] == SLIDE_MOVED) {
+            const double *before = slide_history_before(shape, &state->history);
+            const double slope_before = (begin - before[1 + i]) / before[0];
+            slope += (slope - slope_before) / (length + before[0]) * (length + later);
+        }
+        const double found = end + later * slope;
+        state->history.end[i] = fmax(fmin(found, fmax(end, forecast->high[i])),
+                                     fmin(end, forecast->low[i]));
+    }
+    newest[0] += later;
+}
+
+/* Held inputs: the phases around the present. Those that end after it see inputs that go on as they do
+ * now, in samples that are open. */
+static bool reach_held(const SlideModel *model, SlideState *state, size_t *place, double *outputs) {
+    SlideHead *head = state->head;
+    const double now = slide_clock_time(&head->inner), spacing = model->step / N_GRID;
+    const double first = floor(now / spacing);
+    const double later = fmax((first + 2) * spacing - now, 0);
+    const SlideClock clock = head->inner;
+    const double length = head->last_length;
+    const double newest = slide_history_newest(&model->history, &state->history)[0];
+    double weights[N_NODES];
+    bool done = true;
+    weigh(now / spacing - first, weights);
+    memcpy(model->end, state->history.end, model->n_inputs * sizeof(double));
+    go_beyond(model, state, later);
+    head->last_length += later;
+    slide_clock_advance(&head->inner, now, later);
+    memset(outputs, 0, model->n_outputs * sizeof *outputs);
+    for (size_t i = 0; done && i < N_NODES; ++i) {
+        size_t node;
+        done = slide_phases_reach(model, state, (first - 1 + (double)i) * spacing, 0, &node);
+        for (size_t j = 0; done && j < model->n_outputs; ++j) {
+            outputs[j] += weights[i] * state->seen[node].given[j];
+        }
+        *place = i < 2 ? node : *place; /* the bound is that of the phase that ends last before the present */
+    }
+    head->inner = clock;
+    head->last_length = length;
+    slide_history_newest(&model->history, &state->history)[0] = newest;
+    memcpy(state->history.end, model->end, model->n_inputs * sizeof(double));
+    return done;
+}
+
+/* What the last forecast missed would change the outputs so much: in a phase whose outputs under the newest
+ * sample, in model->taken, are in model->given. */
+static bool judge(const SlideModel *model, SlideState *state, SlideSeen *node) {
+    const SlideNetwork *network = &model->predictor;
+    const uint64_t number = *node->samples.count;
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
+    }
+    if (!slide_network_see(network, &node->predictor, number, model->taken,
+                           model->taken + model->n_inputs)) {
+        return false;
+    }
+    const float *values =
+        network->family->evaluate(network, model->kernel, &node->predictor, number);
+    for (size_t i = 0; i < model->n_outputs; ++i) {
+        slide_phases_judge(&state->ahead.forecast[i], (double)values[i] - model->given[i]);
+    }
+    return true;
+}
+
+/* Inputs that move: the newest sample, after what networks had seen a sample step ago. */
+static bool reach_moving(const SlideModel *model, SlideState *state, size_t *place,
                          double *outputs) {
     const SlideNetwork *network = &model->predictor;
     const double now = slide_clock_time(&state->head->inner), spacing = model->step / N_GRID;
@@ -45,12 +127,7 @@ bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *pla
         }
     }
     slide_sample_newest(model, state);
-    if (model->strays[0]) {
-        state->head->outside = now;
-    }
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        outputs[i] = 0;
-    }
+    memset(outputs, 0, model->n_outputs * sizeof *outputs);
     for (size_t i = 0; i < N_NODES; ++i) {
         SlideSeen *node = &state->seen[nodes[i]];
         const uint64_t number = *node->samples.count;
@@ -62,16 +139,31 @@ bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *pla
             network->family->evaluate(network, model->kernel, &node->predictor, number);
         for (size_t j = 0; j < model->n_outputs; ++j) {
             outputs[j] += weights[i] * values[j];
+            model->given[j] = values[j];
         }
+    }
+    if (state->head->known == 0 && !judge(model, state, &state->seen[nodes[N_NODES - 1]])) {
+        return false;
     }
     /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */
     const bool done =
         slide_phases_reach(model, state, first * spacing + model->step, 1, place);
-    slide_phases_note_nothing(state);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         if (!isfinite(outputs[i])) {
             return false;
         }
     }
+    return done;
+}
+
+bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,
+                         double *outputs) {
+    slide_sample_newest(model, state);
+    if (model->strays[0]) {
+        state->head->outside = slide_clock_time(&state->head->inner);
+    }
+    const bool done = model->n_unsettled > 0 ? reach_held(model, state, place, outputs)
+                                             : reach_moving(model, state, place, outputs);
+    slide_phases_note_nothing(state);
     return done;
 }

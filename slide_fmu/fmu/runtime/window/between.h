@@ -9,9 +9,10 @@
  * many lengths. By a network whose state tells what it has seen, and if there are phases enough. */
 bool slide_between_serves(const SlideModel *model, SlideState *state);
 
-/* Outputs at the present, scaled, to outputs [n_outputs]: with the sample that ends now, evaluated
- * after what networks had seen a sample step ago; that is interpolated, by a cubic, between phases that
- * divide a sample step evenly. In state->seen[*place] is the phase that ends last before the present.
+/* Outputs at the present, scaled, to outputs [n_outputs], by a cubic through four of the phases that
+ * divide a sample step evenly. Of inputs that move they are given by the sample that ends now, after what
+ * networks had seen a sample step ago in these phases; of held ones by phases around the present, as if
+ * inputs went on as they do now. In state->seen[*place] is the phase that ends last before the present.
  * False when a result is not finite. */
 bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,
                          double *outputs);

@@ -16,6 +16,16 @@ static const double FASTER = 1.3, SMALL_JUMP = 0.02;
 static const double ALIKE = 0.7;
 enum { MOST_LAG = 4 };
 
+/* Changes lead on, where the square of their sum is so many times the sum of their squares: of independent
+ * values, whatever for how long each is held, one in ten thousand does. Smaller ones (parts of the range, in
+ * a step) do not count. */
+static const double LEADS = 6, SMALL_CHANGE = 2e-4;
+
+/* A forecast is poor at a point, if its square error is more than this part of the held value's; of a
+ * smooth input at a kink or two. */
+static const double POOR = 0.25;
+enum { MANY_POOR = 4 };
+
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
 enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
@@ -287,7 +297,55 @@ bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastStat
                           uint32_t n_inputs) {
     for (size_t i = 0; i < n_inputs; ++i) {
         if (!slide_forecast_moves(forecast, state, i) &&
+            slide_forecast_n_changes(state, i) >= LEAST_CHANGES && /* it has not stopped */
             are_alike(state->values + i * SLIDE_LOOKED, *state->scored % SLIDE_LOOKED)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Do the newest changes of an input mostly lead one way? Then their sum, squared, is far above the sum of
+ * their squares. Without the largest of them, which may be a jump. */
+static bool leads_on(const double *values, uint64_t newest, uint64_t n_changes, double least) {
+    double sum = 0, square = 0, largest = 0;
+    for (uint64_t i = 0; i < n_changes; ++i) {
+        const double change = values[(newest - i) % SLIDE_LOOKED] - values[(newest - i - 1) % SLIDE_LOOKED];
+        sum += change;
+        square += change * change;
+        largest = fabs(change) > fabs(largest) ? change : largest;
+    }
+    sum -= largest;
+    return sum * sum > LEADS * (square - largest * largest) &&
+           fabs(sum) > (double)n_changes * least;
+}
+
+/* At how many of the points that were scored was a choice hardly better than holding the input? */
+static uint32_t n_poor(const SlideForecast *forecast, const double *held, const double *errors) {
+    uint32_t count = 0;
+    for (size_t i = 0; i < forecast->n_scored; ++i) {
+        count += errors[i] > POOR * held[i];
+    }
+    return count;
+}
+
+bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastState *state,
+                            uint32_t n_inputs) {
+    const size_t n_scored = forecast->n_scored;
+    const uint64_t newest = *state->scored + SLIDE_LOOKED;
+    for (size_t i = 0; i < n_inputs; ++i) {
+        const double *errors = state->errors + i * n_choices(forecast) * n_scored;
+        const double *values = state->values + i * SLIDE_LOOKED;
+        const double least = SMALL_CHANGE * (forecast->high[i] - forecast->low[i]);
+        const bool changes = sum_of(errors, n_scored) > (double)n_scored * least * least;
+        if (slide_forecast_moves(forecast, state, i)) {
+            const double *best = errors + best_of(forecast, state, i) * n_scored;
+            if (changes && n_poor(forecast, errors, best) >= MANY_POOR) {
+                return true;
+            }
+        } else if (slide_forecast_n_changes(state, i) >= LEAST_CHANGES &&
+                   (leads_on(values, newest, n_scored, least) ||
+                    leads_on(values, newest, SLIDE_LOOKED - 1, least))) {
             return true;
         }
     }

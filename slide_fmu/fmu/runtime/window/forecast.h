@@ -66,6 +66,12 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
                           uint32_t n_inputs);
 
+/* Is it unclear of a held input whether it moves smoothly? One that is held, while it leads on as a signal
+ * with noise or jumps does, may be late by half a step; one that seems smooth, but is not at many points, may
+ * be a walk of held values. */
+bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastState *state,
+                            uint32_t n_inputs);
+
 /* Does an input move smoothly from point to point, so that a forecast is better than holding it? Of
  * an angle by its cosine's place. */
 bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,

@@ -114,6 +114,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->at_step_end = payload->forecast.at_step_end;
     place_output_ranges(model, payload, arena);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->end = slide_place(arena, payload->n_inputs, sizeof(double));
+    model->missed = slide_place(arena, payload->n_inputs, sizeof(double));
     place_undo(model, arena);
     model->corrected = slide_place(arena, payload->n_inputs, sizeof(double));
     model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone + 1 : 0,

@@ -85,6 +85,8 @@ typedef struct {
     bool has_output_ranges;
     double *output_ranges; /* [n_outputs][low, high] in the training, physical */
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
+    double *end;       /* scratch [n_inputs]: what inputs are at the end of the newest step */
+    double *missed;    /* scratch [n_inputs]: how much more was expected of the inputs now set */
     SlideUndo undo;    /* scratch: what a step that fails takes back */
     double *corrected; /* scratch [n_inputs], of a sample, see SlideActing */
     double *moments;   /* scratch [n_redone + 1][SLIDE_MOMENTS][n_inputs], the same, newest

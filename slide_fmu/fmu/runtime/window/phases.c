@@ -9,6 +9,10 @@
 /* In sample steps: phases nearer to each other are one. */
 static const double SLACK = 1e-5;
 
+/* Where a phase takes in more samples than these at once, its outputs are interpolated instead, if that
+ * happens too often. */
+static const double MANY = 32;
+
 /* What forecasts change counts as the mean of so many calls. */
 static const double N_JUDGED = 16;
 
@@ -81,15 +85,21 @@ static uint64_t n_ahead_at(const SlideModel *model, const SlideState *state, dou
     return samples <= model->n_in ? (uint64_t)samples : model->n_in + 1;
 }
 
+void slide_phases_judge(double *mean, double change) {
+    *mean += (change * change - *mean) / N_JUDGED;
+}
+
 /* How far the outputs that were given were off, when less was known of the inputs. Where a held input
  * changes within the samples of some phases only, this is about those. Where all were held, all was known:
  * what the next sample changes in those before it, it makes up for itself. */
 static void judge(const SlideModel *model, SlideState *state, SlideSeen *seen, const float *given) {
-    double *means = model->n_unsettled > 0 ? seen->revised : state->ahead.forecast;
-    const bool known = model->n_unsettled > 0 && seen->head->expected == 0;
+    const bool held = model->n_unsettled > 0, known = held && seen->head->expected == 0;
+    double *means = held ? seen->revised : state->ahead.forecast;
+    if (!held && state->head->between) {
+        return; /* what was expected is not in a phase then, but in the newest sample beside it */
+    }
     for (size_t i = 0; i < model->n_outputs; ++i) {
-        const double change = known ? 0 : (double)seen->given[i] - given[i];
-        means[i] += (change * change - means[i]) / N_JUDGED;
+        slide_phases_judge(&means[i], known ? 0 : (double)seen->given[i] - given[i]);
     }
 }
 
@@ -271,8 +281,8 @@ static bool go_on(const SlideModel *model, SlideState *state, SlideSeen *seen, d
                   uint64_t least_open) {
     const double now = slide_clock_time(&state->head->inner);
     note(model, state, seen, time);
-    if (seen->head->n_open > 0 && (n_ahead_at(model, state, seen->head->end) > 0 ||
-                                   samples_between(model, seen->head->end, time) < 0)) {
+    const bool ahead = model->n_unsettled == 0 && n_ahead_at(model, state, seen->head->end) > 0;
+    if (seen->head->n_open > 0 && (ahead || samples_between(model, seen->head->end, time) < 0)) {
         slide_seen_take_back(model, seen);
     }
     const uint64_t n_again = seen->head->n_open;
@@ -354,9 +364,16 @@ static bool leads_to(const SlideModel *model, const SlideSeen *seen, double time
     return fits(model, seen, time) && ahead >= (double)least_open && ahead <= model->most_open;
 }
 
+/* Samples that a phase takes in until a time. */
+static double n_taken_until(const SlideModel *model, const SlideSeen *seen, double time) {
+    return (time - slide_seen_known_end(model, seen)) / model->step;
+}
+
 bool slide_phases_have(const SlideModel *model, SlideState *state, double time) {
-    return fits(model, &state->seen[place_for(model, state, time)], time) ||
-           may_begin(model, state, time);
+    const SlideSeen *seen = &state->seen[place_for(model, state, time)];
+    return (fits(model, seen, time) && n_taken_until(model, seen, time) <= MANY) ||
+           (may_begin(model, state, time) &&
+            n_taken_until(model, slide_start(model, state), time) <= MANY);
 }
 
 bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
@@ -364,17 +381,20 @@ bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
     *place = place_for(model, state, time);
     SlideSeen *seen = &state->seen[*place];
     const bool fitting = fits(model, seen, time);
-    bool done;
+    bool done, costs;
     if (leads_to(model, seen, time, least_open)) {
+        costs = n_taken_until(model, seen, time) > MANY;
         done = go_on(model, state, seen, time, least_open);
     } else if (may_begin(model, state, time)) {
+        costs = n_taken_until(model, slide_start(model, state), time) > MANY;
         done = begin(model, state, seen, time, least_open);
     } else { /* elsewhere, so that the phase is there when this fails */
+        costs = !fitting;
         *place = vacant(model, state);
         done = see_all(model, state, &state->seen[*place], time, least_open);
         seen->head->used = done && fitting ? 0 : seen->head->used;
-        state->head->credit -= fitting ? 0 : fmin(state->head->credit, 1);
     }
+    state->head->credit -= costs ? fmin(state->head->credit, 1) : 0;
     state->seen[*place].head->used = state->head->n_steps + 1;
     return done;
 }

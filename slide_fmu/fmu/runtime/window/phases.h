@@ -31,4 +31,8 @@ void slide_phases_forget(const SlideModel *model, SlideState *state);
 /* To do the last step again, all samples are taken in anew. */
 void slide_phases_note_nothing(SlideState *state);
 
+/* An output turns out to be another one than was given, by so much: into the mean square of such
+ * changes lately. */
+void slide_phases_judge(double *mean, double change);
+
 #endif

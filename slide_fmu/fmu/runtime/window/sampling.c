@@ -33,12 +33,11 @@ static double weighed(const double *weights, const double *moments, size_t n_inp
     return sum;
 }
 
-/* What a sample of an age has of moments goes to those beside it, of so many, but to none after the first
- * of these. */
-static void spread(const SlideModel *model, uint64_t age, uint64_t first, uint64_t count) {
+/* What a sample of an age has of moments goes to those beside it, of so many. */
+static void spread(const SlideModel *model, uint64_t age, uint64_t count) {
     const size_t n_inputs = model->n_inputs;
-    const Share *shares = age > first ? SHARES : OF_NEWEST;
-    const uint64_t newest = age > first ? age - 1 : first, oldest = age + SLIDE_SPREAD;
+    const Share *shares = age > 0 ? SHARES : OF_NEWEST;
+    const uint64_t newest = age > 0 ? age - 1 : 0, oldest = age + SLIDE_SPREAD;
     for (size_t i = 0; i < n_inputs; ++i) {
         const double *moments = model->moments + (size_t)age * SLIDE_MOMENTS * n_inputs + i;
         const bool changes = moments[0] != 0 || moments[n_inputs] != 0 || moments[2 * n_inputs] != 0;
@@ -122,34 +121,25 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
     }
 }
 
-/* What acts in samples becomes what networks see. Those from an age on may be felt in each other; then the
- * oldest only counts for its moments. */
-static void form(const SlideModel *model, uint64_t count, uint64_t first, bool spreads) {
+/* What acts in samples becomes what networks see. They may be felt in each other; then the oldest only
+ * counts for its moments. */
+static void form(const SlideModel *model, uint64_t count, bool spreads) {
     for (uint64_t age = 0; age < count; ++age) {
         model->strays[age] = strays(model, model->taken + age * model->n_inputs);
     }
-    for (uint64_t age = first + 1; spreads && age <= count; ++age) {
+    for (uint64_t age = 1; spreads && age <= count; ++age) {
         bend(model, age);
     }
-    for (uint64_t age = first; spreads && age <= count; ++age) {
-        spread(model, age, first, count);
+    for (uint64_t age = 0; spreads && age <= count; ++age) {
+        spread(model, age, count);
     }
     scale(model, count);
 }
 
-static void sample(const SlideModel *model, const SlideState *state, uint64_t count,
-                   uint64_t first, double before) {
+void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before) {
     const bool spreads = model->n_unsettled > 0; /* the one before gives something, too */
     read(model, state, count + spreads, count + spreads, NULL, before);
-    form(model, count, first, spreads);
-}
-
-void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before) {
-    sample(model, state, count, 0, before);
-}
-
-void slide_sample_between(const SlideModel *model, const SlideState *state, uint64_t count) {
-    sample(model, state, count, 1, 0);
+    form(model, count, spreads);
 }
 
 bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
@@ -170,14 +160,14 @@ bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideS
         memcpy(of + 2 * n_inputs, acting.moments, SLIDE_MOMENTS * row);
         memcpy(of + (2 + SLIDE_MOMENTS) * n_inputs, acting.edges, 2 * row);
     }
-    form(model, count, 0, true);
+    form(model, count, true);
     return keeps;
 }
 
 void slide_sample_newest(const SlideModel *model, const SlideState *state) {
     const uint64_t count = 1 + SLIDE_BEFORE;
     read(model, state, count, count, NULL, 0);
-    form(model, count, 0, false);
+    form(model, count, false);
 }
 
 void slide_sampling_recall(const SlideModel *model, SlideState *state) {

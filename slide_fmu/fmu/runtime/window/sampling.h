@@ -20,9 +20,6 @@ void slide_sample(const SlideModel *model, const SlideState *state, uint64_t cou
 bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
                         uint64_t count, uint64_t n_open, double before);
 
-/* The same until the present between phases, where the mean of the newest sample acts alone. */
-void slide_sample_between(const SlideModel *model, const SlideState *state, uint64_t count);
-
 /* The newest sample and those that features see before it, with the means of the newest one only. */
 void slide_sample_newest(const SlideModel *model, const SlideState *state);
 

@@ -134,9 +134,9 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* Do inputs do what samples do not show? Those that move in the training may jump; held ones may be
- * samples of a fast signal, where one step is most of a sample; and in a step longer than a sample
- * they may do anything. */
+/* Do inputs do what samples do not show? Those that move in the training may jump; of held ones it may be
+ * unclear whether they are smooth, or, where one step is most of a sample, they may be samples of a fast
+ * signal; and in a step longer than a sample they may do anything. */
 static void doubt(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
     const double *step = slide_history_newest(shape, &state->history);
@@ -150,7 +150,9 @@ static void doubt(const SlideModel *model, SlideState *state) {
     const bool held = !shape->first_order, known_held = held && state->head->known != 0;
     const bool hides = held && !known_held && 2 * step[0] > model->step * (1 + COARSE) &&
                        slide_forecast_hides(&model->forecast, &state->forecast, model->n_inputs);
-    if (hides || (coarse && !known_held) ||
+    const bool unclear = held && !known_held &&
+                         slide_forecast_unclear(&model->forecast, &state->forecast, model->n_inputs);
+    if (hides || unclear || (coarse && !known_held) ||
         (shape->first_order && model->forecast.n_candidates > 0 &&
          slide_forecast_jumps(&model->forecast, shape, from, to, length))) {
         state->head->doubt = slide_clock_time(&state->head->inner);
@@ -219,8 +221,11 @@ static void append(const SlideModel *model, SlideState *state) {
             slide_history_append(shape, &state->history, model->step, state->history.end);
         }
     }
-    memcpy(model->inputs, ends ? state->history.end : state->inputs,
-           model->n_inputs * sizeof(double));
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        const bool expected = !ends && *state->history.count > 0;
+        model->inputs[i] = ends ? state->history.end[i] : state->inputs[i];
+        model->missed[i] = expected ? state->history.end[i] - state->inputs[i] : 0;
+    }
     slide_history_append(shape, &state->history, state->head->last_length, model->inputs);
 }
 
@@ -381,6 +386,7 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
     memcpy(state->before.moved, model->undo.moved, model->n_inputs);
     memcpy(state->acting, model->undo.acting, model->parameters.count * sizeof(double));
     slide_model_form(model, state->acting);
+    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
     if (!slide_phases_undo(model, state)) { /* else all is found again */
         state->head->n_steps -= 1;
         reach(model, state);

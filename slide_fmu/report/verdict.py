@@ -70,17 +70,20 @@ def _up_to(row: Row) -> str:
 
 def _trusted(rows: Sequence[Row], call: Call) -> str:
     """Say how much is trusted, and covered."""
-    parts, unfilled = [], []
-    for row in main_rows(rows, call):
+    main = main_rows(rows, call)
+    inputs = LEARNT if main and main[0].group == IN_RANGE else main[0].group if main else ""
+    parts, unfilled = list[str](), list[str]()
+    for row in main:
         if row.covered is None or row.trusted is None:
             if not row.counted:
                 unfilled.append(length_of(row))
             continue
+        of = "" if parts else " of the samples"
         parts.append(
-            f"{percent(row.trusted)} at {length_of(row)}, where its bound covers "
+            f"{percent(row.trusted)}{of} at {length_of(row)}, where its bound covers "
             f"{percent(row.covered)}"
         )
-    text = f"Of these samples the FMU trusts {', and '.join(parts)}." if parts else ""
+    text = f"Under {inputs} the FMU trusts {', and '.join(parts)}." if parts else ""
     if unfilled:
         text += (
             f" At {' and '.join(unfilled)} error_bound_filled never becomes 1: no bound counts."

@@ -133,7 +133,8 @@ def further_rows(
     resting = meter.relative_to(size_of(truth))
     for named, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
         rows += resting.rows(named, motions, resting.usual_calls())
-    for named, motions in user_motions(surrogate, case, bar("inputs as users set them")).items():
+    as_set = bar("inputs as users set them")
+    for named, motions in user_motions(surrogate, case, in_range.task.seed, as_set).items():
         rows += meter.rows(named, motions, meter.usual_calls())
     return rows
 
@@ -150,7 +151,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case) -> list[Row]:
     calls: Calls = [*(("plain", steps) for steps in STEPS), *meter.usual_calls()[2:]]
     try:
         if not (surrogate.planned or turning):
-            found = smooth_motions(surrogate, case)
+            found = smooth_motions(surrogate, case, in_range.task.seed)
             rows = meter.rows(found.named, found.motions, calls)
             levels, step = meter.levels, meter.step
             return [*rows, *model_rows(found, case, surrogate.outputs, levels, step)]

@@ -23,6 +23,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
 from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import SMOOTH, Row
+from slide_fmu.validation.task import UNSEEN_SEED, entropy_of
 
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Numbers of communication steps in the own step, at which the error is drawn."""
@@ -47,15 +48,17 @@ class Sines:
     Attributes:
         signals: the inputs.
         hz: the band of their frequencies.
-        index: number of the draw; the same one gives the same function.
+        index: number of the draw.
+        seed: seed of the validation; the same index and seed give the same function.
     """
 
     signals: tuple[Signal, ...]
     hz: tuple[float, float]
     index: int
+    seed: int = UNSEEN_SEED
 
     def __call__(self, times: FloatArray) -> FloatArray:
-        rng = np.random.default_rng([SEED, self.index])
+        rng = np.random.default_rng([SEED, self.index, entropy_of(self.seed)])
         low, high = self.hz
         columns = []
         for signal in self.signals:
@@ -88,7 +91,7 @@ class SmoothMotions:
         return Named(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
 
 
-def smooth_motions(surrogate: Surrogate, case: Case) -> SmoothMotions:
+def smooth_motions(surrogate: Surrogate, case: Case, seed: int) -> SmoothMotions:
     """Simulate the reference at its own fine step under smooth inputs.
 
     Inputs that each move by themselves are asked for: no angles, and no planned motions.
@@ -104,7 +107,7 @@ def smooth_motions(surrogate: Surrogate, case: Case) -> SmoothMotions:
     count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
     found = []
     for index in range(TRAJECTORIES):
-        sines = Sines(system.inputs, hz, index)
+        sines = Sines(system.inputs, hz, index, seed)
         truth = fine_truth(system, sines, count * times)
         found.append(MeasuredMotion(sines, truth, step / times, first * step))
     return SmoothMotions(tuple(found), system, hz)

@@ -24,6 +24,7 @@ from slide_fmu.validation.calls import MeasuredMotion, Named
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.smooth_inputs import fine_truth
+from slide_fmu.validation.task import entropy_of
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_words import told
 from slide_fmu.validation.waveforms import (
@@ -165,13 +166,13 @@ class UserInput:
 
 
 def user_motions(
-    surrogate: Surrogate, case: Case, progress: Progress
+    surrogate: Surrogate, case: Case, seed: int, progress: Progress
 ) -> dict[Named, list[MeasuredMotion]]:
     """Simulate the reference on inputs as users set them, from rest on; failures are named.
 
     Inputs that each move by themselves act at their own times: the reference is simulated at its
     own fine step. Planned motions and angles are given by their samples, as its models know them;
-    so are all inputs of a model without a finer step.
+    so are all inputs of a model without a finer step. Another seed of the validation gives others.
     """
     recipe, window = case.recipe, surrogate.window
     channels = channels_of(recipe, case.reference, window.n_in * window.step)
@@ -184,7 +185,7 @@ def user_motions(
     for number, (name, drawing) in enumerate(kinds.items()):
         motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
         for index in range(TRAJECTORIES):
-            rng = np.random.default_rng([SEED, number, index])
+            rng = np.random.default_rng([SEED, number, index, entropy_of(seed)])
             inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
             drawn.append(inputs)
             try:

@@ -15,7 +15,7 @@ def test_three_sentences_say_error_trust_and_what_to_avoid() -> None:
     assert "in the plain call is 2 %" in error
     assert "at a communication step of 20 ms, its own, and 1.5 % at 5 ms" in error
     assert "under sines of 1 Hz 30 % and 8 %" in error
-    assert "trusts 96 % at 20 ms, where its bound covers 95 %, and 99 % at 5 ms" in trust
+    assert "trusts 96 % of the samples at 20 ms, where its bound covers 95 %, and 99 %" in trust
     assert avoid == (
         "Avoid, at its own step: sines of 1 Hz (30 %); there it is wrong and does not say so."
     )

@@ -110,7 +110,7 @@ def test_rows_of_smooth_inputs_are_what_a_user_gets(case: Case, parts: int) -> N
     errors, truths = [], []
     for index in range(FEW):
         fine = STEP / 32 * np.arange(32 * 900 + 1)
-        drive = Sines(surrogate.inputs, hz, index)(fine)
+        drive = Sines(surrogate.inputs, hz, index, validation.task.seed)(fine)
         pole = np.exp(-STEP / 32 / LAG)
         level = lfilter([(1 - pole) / 2, (1 - pole) / 2], [1, -pole], drive[:, 0])[::every, None]
         got = user_call(fmu, surrogate, fine[::every], drive[::every], STEP / parts)

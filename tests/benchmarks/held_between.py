@@ -29,8 +29,9 @@ from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion, Named
 from slide_fmu.validation.input_courses import Stairs
 from slide_fmu.validation.meter import Meter
 
-CASES = ((1.0, 1.0), (1.0, 0.5), (1.0, 0.25), (0.7, 0.7), (0.25, 0.25))
-"""Times for which values are held, and communication steps, in own steps."""
+CASES = ((1.0, 1.0), (1.0, 0.5), (1.0, 0.25), (0.7, 0.7), (0.25, 0.25), (0.8, 0.05), (0.74, 0.37))
+"""Times for which values are held, and communication steps, in own steps. Outputs of the last two
+are interpolated."""
 LEVELS = (0.25, 0.7)
 """Communication steps under levels that are held for long."""
 SECONDS, BURN_IN, LONG = 60.0, 10.0, (0.3, 2.0)

@@ -392,6 +392,7 @@ static void undo(const SlideModel *model, SlideState *state, const SlideHead *he
         reach(model, state);
         state->head->n_steps += 1;
         slide_phases_note_nothing(state);
+        state->head->credit = head->credit;
         state->head->concluded = state->head->estimated = 0;
     }
     memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));

@@ -267,9 +267,18 @@ class Moving(Resampling):
         """An input that turns out to move did so in the steps that begin with its changes."""
         for step in range(len(self.rows) - 3, max(len(self.rows) - 7, -1), -1):
             if step == 0 or self.rows[step][index] == self.rows[step - 1][index]:
+                if step > 0 and self._begins(step, index):
+                    self.ways[step][index] = MOVED
                 break
             if self.ways[step][index] == HELD:
                 self.ways[step][index] = MOVED
+
+    def _begins(self, step: int, index: int) -> bool:
+        """Does the change of a step, after a rest, go on in the next one?"""
+        first, second = np.diff([row[index] for row in self.rows[step : step + 3]])
+        lengths = np.diff([*self.begins, self.now])
+        equal = abs(lengths[step] - lengths[-1]) <= 1e-6 * lengths[-1]
+        return bool(equal and first * second > 0 and abs(first) <= 1.5 * abs(second))
 
     def _move_told(
         self, length: float, inputs: FloatArray, rates: FloatArray, ways: list[int]

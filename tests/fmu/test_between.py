@@ -159,7 +159,7 @@ def test_novelty_is_the_largest_of_the_phases_behind_the_outputs(load: Load) -> 
     for j in range(60, 119):  # after step j: at (j + 1) / 5 of a sample step
         found = joined[(j + 1) * (PARTS // 5) + 2]
         if j % 5 < 3:
-            assert found >= alone[j] * (1 - 1e-3)
+            assert found >= alone[j] * (1 - 0.05)  # of open samples, one phase's count
             others.append(found > 1.01 * alone[j])
     assert any(others)
 

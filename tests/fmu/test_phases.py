@@ -172,6 +172,7 @@ def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
     assert max(off) < (1e-3 if hold == "first_order" or max(lengths) > 0.2 else 3e-2)
 
 
+@pytest.mark.extended
 @both_holds
 def test_mixed_steps_of_smooth_inputs_give_the_whole_window(load: Load, hold: Hold) -> None:
     """Most steps end where no phase is: after some that saw all anew, outputs are interpolated."""

@@ -82,7 +82,7 @@ static bool reach_held(const SlideModel *model, SlideState *state, size_t *place
         for (size_t j = 0; done && j < model->n_outputs; ++j) {
             outputs[j] += weights[i] * state->seen[node].given[j];
         }
-        *place = i < 2 ? node : *place; /* the bound is that of the phase that ends last before the present */
+        *place = i < 3 ? node : *place; /* its bound knows what held inputs do now */
     }
     head->inner = clock;
     head->last_length = length;

@@ -19,16 +19,20 @@ enum { MOST_LAG = 4 };
 /* Changes lead on, where the square of their sum is so many times the sum of their squares: of independent
  * values, whatever for how long each is held, one in ten thousand does. Smaller ones (parts of the range, in
  * a step) do not count. */
-static const double LEADS = 6, SMALL_CHANGE = 2e-4;
+static const double LEADS = 6, SMALL_CHANGE = 5e-4;
 
 /* A forecast is poor at a point, if its square error is more than this part of the held value's; of a
- * smooth input at a kink or two. */
-static const double POOR = 0.25;
+ * smooth input at a kink or two. This does not matter while changes are smaller on average (in mean square,
+ * parts of the range), as those of a digitised sine about its ends. */
+static const double POOR = 0.25, SMALL_WALK = 2.5e-3;
 enum { MANY_POOR = 4 };
 
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
 enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
+
+/* The first change of an input that moves after a rest, over the next one: more is a jump. */
+static const double MOST_AT_FIRST = 1.5;
 
 /* Fewer changes of held inputs could be those of stairs that rise evenly by chance. */
 enum { LEAST_CHANGES = 4 };
@@ -293,6 +297,14 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
     return count;
 }
 
+bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64_t n_changes) {
+    const double *values = state->values + input * SLIDE_LOOKED;
+    const uint64_t first = *state->scored + SLIDE_LOOKED - n_changes + 1;
+    const double begin = values[(first - 1) % SLIDE_LOOKED], end = values[first % SLIDE_LOOKED];
+    const double change = end - begin, next = values[(first + 1) % SLIDE_LOOKED] - end;
+    return n_changes > 1 && change * next > 0 && fabs(change) <= MOST_AT_FIRST * fabs(next);
+}
+
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
                           uint32_t n_inputs) {
     for (size_t i = 0; i < n_inputs; ++i) {
@@ -336,8 +348,9 @@ bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastSt
     for (size_t i = 0; i < n_inputs; ++i) {
         const double *errors = state->errors + i * n_choices(forecast) * n_scored;
         const double *values = state->values + i * SLIDE_LOOKED;
-        const double least = SMALL_CHANGE * (forecast->high[i] - forecast->low[i]);
-        const bool changes = sum_of(errors, n_scored) > (double)n_scored * least * least;
+        const double range = forecast->high[i] - forecast->low[i], least = SMALL_CHANGE * range;
+        const double walk = SMALL_WALK * range;
+        const bool changes = sum_of(errors, n_scored) > (double)n_scored * walk * walk;
         if (slide_forecast_moves(forecast, state, i)) {
             const double *best = errors + best_of(forecast, state, i) * n_scored;
             if (changes && n_poor(forecast, errors, best) >= MANY_POOR) {

@@ -61,6 +61,10 @@ bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape
  * held inputs. */
 uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input);
 
+/* Does the first of these changes go on as the next one, so that it may have taken a whole step? A jump does
+ * not. */
+bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64_t n_changes);
+
 /* Do held inputs follow each other as samples of a signal that is too fast for a forecast, as a tone
  * does? Values that a controller draws or holds do not: they stay, or are independent. */
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,

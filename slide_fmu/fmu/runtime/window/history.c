@@ -74,9 +74,11 @@ double slide_history_length(const SlideHistoryShape *shape, const SlideHistory *
     return step_at(shape, history, *history->count - 1 - age)[0];
 }
 
-/* Does the newest step go on from the one before as if both were one? Held inputs that stay lose
- * nothing by it. */
-static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *history) {
+/* Does the newest step, which ends with these inputs, go on from the one before as if both were one? Held
+ * inputs that stay lose nothing by it. One that changes then may turn out to move smoothly from here on, which
+ * counts where steps are not short. */
+static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *history,
+                      const double *end) {
     const uint64_t newest = *history->count - 1;
     const double *before = step_at(shape, history, newest - 1);
     const double *step = step_at(shape, history, newest);
@@ -86,7 +88,8 @@ static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *histor
     for (size_t i = 0; i < shape->n_inputs; ++i) {
         const bool moved = shape->first_order || moved_at(shape, history, newest - 1)[i] ||
                            moved_at(shape, history, newest)[i];
-        if (moved || before[1 + i] != step[1 + i]) {
+        const bool changes = step[0] > shape->shortest && end[i] != step[1 + i];
+        if (moved || before[1 + i] != step[1 + i] || changes) {
             return false;
         }
     }
@@ -95,7 +98,7 @@ static bool is_joined(const SlideHistoryShape *shape, const SlideHistory *histor
 
 void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history, double length,
                           const double *inputs) {
-    if (*history->count > 2 && is_joined(shape, history)) {
+    if (*history->count > 2 && is_joined(shape, history, inputs)) {
         const double joined = slide_history_newest(shape, history)[0];
         *history->count -= 1;
         slide_history_newest(shape, history)[0] += joined;

@@ -314,6 +314,14 @@ static void tell_back(const SlideModel *model, SlideState *state, size_t input) 
         }
         *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
     }
+    /* the step before them, in which it began to, if it is no rest */
+    const double newest = slide_history_length(shape, &state->history, 0);
+    if (!joined && n_changes < SLIDE_TOLD_LATER && n_changes + 1 < count &&
+        fabs(slide_history_length(shape, &state->history, n_changes) - newest) <= COARSE * newest &&
+        slide_forecast_begins(&state->forecast, input, n_changes)) {
+        unsigned char *moved = slide_history_moved(shape, &state->history, n_changes) + input;
+        *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
+    }
 }
 
 /* Phases look at such steps again, as far as their samples are open. */

@@ -17,7 +17,7 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation import smooth_inputs
+from slide_fmu.validation import smooth_inputs, user_inputs
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, row_at
@@ -28,15 +28,16 @@ from tests.libraries import build_libraries
 from tests.progress import no_stages, silent
 from tests.validation.lag import LAG, STEP, WINDOW, lag_recipe, lag_surrogate
 
-FEW = 3
+FEW = 2
 Case = tuple[Path, Validation, tuple[Row, ...]]
 
 
 @pytest.fixture(scope="module")
 def few_smooth() -> Iterator[None]:
-    """Few trajectories of smooth inputs, which take most of the time."""
+    """Few trajectories of smooth inputs, and of those as users set them: they take most time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(smooth_inputs, "TRAJECTORIES", FEW)
+        patch.setattr(user_inputs, "TRAJECTORIES", 1)
         yield
 
 

@@ -48,7 +48,7 @@ def _error(rows: Sequence[Row], call: Call) -> str:
     if not main:
         return ""
     own, *finer = main
-    inputs = LEARNT if own.group == IN_RANGE else own.group
+    inputs = _inputs_of(own)
     where = f"at a communication step of {length_of(own)}, its own"
     what = "in the plain call" if call == "plain" else "with inputs known to the step's end"
     text = f"The error {what} is {_up_to(own)} under {inputs} {where}"
@@ -64,26 +64,28 @@ def _error(rows: Sequence[Row], call: Call) -> str:
     return f"{text} (relative RMSE).{far}"
 
 
+def _inputs_of(main: Row) -> str:
+    """Return the words for the inputs of a main row."""
+    return LEARNT if main.group == IN_RANGE else main.group
+
+
 def _up_to(row: Row) -> str:
     return percent(row.error) if len(row.outputs) == 1 else f"up to {percent(row.error)}"
 
 
 def _trusted(rows: Sequence[Row], call: Call) -> str:
     """Say how much is trusted, and covered."""
-    main = main_rows(rows, call)
-    inputs = LEARNT if main and main[0].group == IN_RANGE else main[0].group if main else ""
     parts, unfilled = list[str](), list[str]()
-    for row in main:
+    for row in main_rows(rows, call):
         if row.covered is None or row.trusted is None:
             if not row.counted:
                 unfilled.append(length_of(row))
             continue
-        of = "" if parts else " of the samples"
-        parts.append(
-            f"{percent(row.trusted)}{of} at {length_of(row)}, where its bound covers "
-            f"{percent(row.covered)}"
-        )
-    text = f"Under {inputs} the FMU trusts {', and '.join(parts)}." if parts else ""
+        share = percent(row.trusted)
+        if not parts:
+            share = f"Under {_inputs_of(row)} the FMU trusts {share} of the samples"
+        parts.append(f"{share} at {length_of(row)}, where its bound covers {percent(row.covered)}")
+    text = f"{', and '.join(parts)}." if parts else ""
     if unfilled:
         text += (
             f" At {' and '.join(unfilled)} error_bound_filled never becomes 1: no bound counts."

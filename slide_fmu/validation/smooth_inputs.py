@@ -23,7 +23,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
 from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import SMOOTH, Row
-from slide_fmu.validation.task import UNSEEN_SEED, entropy_of
+from slide_fmu.validation.task import entropy_of
 
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Numbers of communication steps in the own step, at which the error is drawn."""
@@ -55,7 +55,7 @@ class Sines:
     signals: tuple[Signal, ...]
     hz: tuple[float, float]
     index: int
-    seed: int = UNSEEN_SEED
+    seed: int
 
     def __call__(self, times: FloatArray) -> FloatArray:
         rng = np.random.default_rng([SEED, self.index, entropy_of(self.seed)])

@@ -206,17 +206,21 @@ class Case:
         own = self.reference.own_step
         return FINER if own is None else max(1, round(self.recipe.window.step / own))
 
-    def reference_as_it_runs(self, hold: Hold | None = None) -> System:
+    def reference_as_it_runs(self, hold: Hold | None = None, parts: int | None = None) -> System:
         """Make the reference with the step by which it runs by itself (``finer_steps``).
 
         Its inputs have the hold of the recipe, unless another one is given, over the shorter step.
         A system that names its own step has held inputs over this step, as from an importer that
         runs it.
 
+        Args:
+            hold: how its inputs act over a step.
+            parts: number of its steps in a sample step; ``finer_steps`` if None.
+
         Raises:
             LoadError: its class has a step of its own.
         """
-        made, times = self.systems.reference_specification, self.finer_steps
+        made, times = self.systems.reference_specification, parts or self.finer_steps
         step, inputs = self.recipe.window.step / times, made.inputs
         hold = "zero_order" if self.reference.own_step is not None else hold
         if hold is not None:

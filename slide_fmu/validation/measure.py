@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.progress import Stages
+from slide_fmu.core.progress import Progress, Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.answers import asked_of_sources
@@ -72,7 +73,7 @@ def rows_of(
             calls = meter.usual_calls(finer=finer and not held)
             rows += meter.rows_by_kind(group, motions_by_kind(validation), calls)
             if finer and held:
-                shown = motions_between(validation, case)
+                shown = motions_between(validation, case, bar("motions between samples"))
                 rows += meter.rows_by_kind(group, shown, [("plain", float(FINER))])
             progress(number, total)
         if first.in_range:
@@ -95,7 +96,9 @@ def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
     return dict(sorted(found.items(), key=lambda item: names.index(item[0])))
 
 
-def motions_between(validation: Validation, case: Case) -> dict[str, list[MeasuredMotion]]:
+def motions_between(
+    validation: Validation, case: Case, progress: Progress = quiet
+) -> dict[str, list[MeasuredMotion]]:
     """Simulate the reference between the samples, too, under inputs that are held over each.
 
     Its own samples alone would show what an FMU gives at multiples of its step, where inputs that
@@ -103,22 +106,25 @@ def motions_between(validation: Validation, case: Case) -> dict[str, list[Measur
     burn-in. None of a model without a finer step; motions on which it fails are left out.
 
     Returns:
-        The motions by the names of their kinds, whose truth has fine steps.
+        The motions by the names of their kinds, whose truth has the steps of the shorter call, or
+        those that the model names.
     """
     found: dict[str, list[MeasuredMotion]] = {}
     step = case.recipe.window.step
+    times = FINER if case.reference.own_step is None else case.finer_steps
+    chosen = []
     for name, motions in motions_by_kind(validation).items():
         share = MOST_BETWEEN * len(motions) // len(validation.comparisons)
-        for motion in motions[: max(1, share)]:
-            of_motion, times = case.at(motion.parameters), case.finer_steps
-            try:
-                system = of_motion.reference_as_it_runs()
-                truth = fine_truth(system, motion.course, motion.count(step) * times)
-            except (LoadError, SimulationError):
-                continue
+        chosen += [(name, motion) for motion in motions[: max(1, share)]]
+    progress(0, len(chosen))
+    for number, (name, motion) in enumerate(chosen, start=1):
+        with suppress(LoadError, SimulationError):
+            system = case.at(motion.parameters).reference_as_it_runs(parts=times)
+            truth = fine_truth(system, motion.course, motion.count(step) * times)
             first = motion.first + case.recipe.data.burn_in
             fine = MeasuredMotion(motion.course, truth, step / times, first, motion.parameters)
             found.setdefault(name, []).append(fine)
+        progress(number, len(chosen))
     return found
 
 
@@ -128,7 +134,7 @@ def further_rows(
 ) -> list[Row]:
     """Measure smooth and constant inputs, and inputs as users set them; records have none."""
     surrogate, rows = meter.surrogate, list[Row]()
-    rows += _smooth_rows(meter, in_range, case)
+    rows += _smooth_rows(meter, in_range, case, bar("smooth inputs"))
     truth = np.concatenate([comparison.reference for comparison in in_range.comparisons])
     resting = meter.relative_to(size_of(truth))
     for named, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
@@ -139,7 +145,7 @@ def further_rows(
     return rows
 
 
-def _smooth_rows(meter: Meter, in_range: Validation, case: Case) -> list[Row]:
+def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progress) -> list[Row]:
     """Measure the plain call at several communication steps, under smooth inputs.
 
     These are sums of sines, or the motions of the training where inputs are planned or angles, and
@@ -149,18 +155,24 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case) -> list[Row]:
     surrogate = meter.surrogate
     turning = any(signal.angle is not None for signal in surrogate.inputs)
     calls: Calls = [*(("plain", steps) for steps in STEPS), *meter.usual_calls()[2:]]
+    progress(0, 3)
     try:
         if not (surrogate.planned or turning):
             found = smooth_motions(surrogate, case, in_range.task.seed)
+            progress(1, 3)
             rows = meter.rows(found.named, found.motions, calls)
-            levels, step = meter.levels, meter.step
-            return [*rows, *model_rows(found, case, surrogate.outputs, levels, step)]
+            progress(2, 3)
+            rows += model_rows(found, case, surrogate.outputs, meter.levels, meter.step)
+            progress(3, 3)
+            return rows
     except (LoadError, SimulationError):  # no finer step, or no smooth motion that it survives
         pass
-    if surrogate.hold == "zero_order":
-        return []
-    chosen = [c.motion for c in in_range.comparisons[:TRAJECTORIES] if c.motion is not None]
-    return meter.rows(Named(SMOOTH, OF_TRAINING), chosen, calls)
+    rows = []
+    if surrogate.hold == "first_order":
+        chosen = [c.motion for c in in_range.comparisons[:TRAJECTORIES] if c.motion is not None]
+        rows = meter.rows(Named(SMOOTH, OF_TRAINING), chosen, calls)
+    progress(3, 3)
+    return rows
 
 
 def _of_attack(attack: Attack, surrogate: Surrogate) -> MeasuredMotion:

@@ -7,6 +7,7 @@ inputs at communication points alone, and hold them over the step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -136,34 +137,40 @@ def model_rows(
     """
     rows = []
     fine = found.motions[0].grid
-    try:
-        system = _holding(found.system, case)
-    except (LoadError, ValueError):
-        return []
     for steps in STEPS:
         held = round(own / steps / fine)
         if not np.isclose(held * fine, own / steps, rtol=1e-6) or held < 1:
             continue
+        try:
+            system = _holding(found.system, case, max(1, round(steps)))
+        except (LoadError, ValueError):
+            return []
+        of_truth = round(system.step / fine)
         every = []
         for motion in found.motions:
-            count = len(motion.truth) - 1
-            starts = fine * held * np.floor(np.arange(count, dtype=np.float64) / held)
+            count = math.ceil((len(motion.truth) - 1) / of_truth)
+            starts = own / steps * np.floor(np.arange(count) * of_truth / held)
             outputs_of = simulate(system, motion.course(starts)).outputs
             _, places = motion.points(own / steps)
             truth = motion.truth[places]
+            error = outputs_of[places // of_truth] - truth
             counted = np.full(len(truth), True)
-            every.append(CallAnswers(outputs_of[places] - truth, truth, None, None, counted))
+            every.append(CallAnswers(error, truth, None, None, counted))
         named = replace(found.named, failed=())
         row = row_of(every, outputs, named, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]
     return rows
 
 
-def _holding(system: System, case: Case) -> System:
-    """Return a system with the same fine step, whose inputs are held over it."""
-    if all(signal.hold == "zero_order" for signal in system.inputs):
+def _holding(system: System, case: Case, parts: int) -> System:
+    """Return a system whose inputs are held over its step, a part of a sample step.
+
+    One that names its own step keeps that.
+    """
+    if case.reference.own_step is not None:
         return system
-    return case.reference_as_it_runs(hold="zero_order")
+    held = all(signal.hold == "zero_order" for signal in system.inputs)
+    return case.reference_as_it_runs(None if held else "zero_order", parts)
 
 
 def fine_truth(system: System, course: InputCourse, count: int) -> FloatArray:

@@ -18,14 +18,23 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation import smooth_inputs, user_inputs
+from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, row_at
-from slide_fmu.validation.smooth_inputs import Sines, band_of
+from slide_fmu.validation.smooth_inputs import (
+    STEPS,
+    Sines,
+    SmoothMotions,
+    band_of,
+    fine_truth,
+    model_rows,
+)
 from slide_fmu.validation.task import IN_RANGE, Task
 from slide_fmu.validation.validate import validate
 from tests.libraries import build_libraries
 from tests.progress import no_stages, silent
+from tests.recipes import tiny_recipe
 from tests.validation.lag import LAG, STEP, WINDOW, lag_recipe, lag_surrogate
 
 FEW = 2
@@ -130,6 +139,21 @@ def test_smooth_inputs_go_on_within_a_step_where_the_finest_model_holds_them(cas
     assert error(rows, "model", 2) == pytest.approx(error(rows, "model", 1) / 2, rel=0.1)
     if not held:
         assert error(rows, "known", 1) < error(rows, "plain", 1)
+
+
+def test_finest_model_that_says_itself_that_inputs_are_held_has_a_row_at_every_step() -> None:
+    """``lag_recipe`` sets the hold in the recipe; a model of the package declares its own."""
+    recipe = tiny_recipe()
+    case = case_of(recipe)
+    signals, hz, step = case.reference.inputs, band_of(recipe), recipe.window.step
+    sines, system = Sines(signals, hz, 0, 3), case.reference_as_it_runs()
+    motion = MeasuredMotion(sines, fine_truth(system, sines, 800), system.step, 10 * step)
+    found = SmoothMotions((motion,), system, hz)
+    outputs = case.reference.outputs
+    levels = ErrorLevels(np.zeros(len(outputs)))
+    errors = [row.error for row in model_rows(found, case, outputs, levels, step)]
+    assert len(errors) == len(STEPS)
+    assert errors == sorted(errors, reverse=True)
 
 
 @pytest.mark.extended

@@ -222,7 +222,8 @@ def _input(
 
 _ACTS: dict[Hold, str] = {
     "first_order": (
-        "The input goes straight from sample to sample. Is yours constant over each step, as the "
+        "The input goes straight from sample to sample where it does not jump (jumps in [data]). "
+        "Is yours constant over each step, as the "
         'output of a controller is? Then write hold = "zero_order". All inputs need the same hold.'
     ),
     "zero_order": (

@@ -309,7 +309,11 @@ def _data_lines(substeps: int, jumps: bool | None) -> list[str]:
         lines.append(f"substeps = {substeps}")
     if jumps is not None:
         lines += comment_lines(
-            "Do your inputs jump, as with a switch, a valve or an emergency stop? Then write "
+            "Inputs jump, as with a switch, a valve or an emergency stop: the kinds steps, "
+            "held_random, binary and stops do so at any time within a step. Where yours do not, "
+            "leave this out; then they go straight to the next value within one step."
+            if jumps
+            else "Do your inputs jump, as with a switch, a valve or an emergency stop? Then write "
             "jumps = true. The kinds steps, held_random, binary and stops then jump at any time "
             "within a step. With jumps = false, the default, inputs go straight to the next value "
             "within one step, and the error bound does not know jumps. A recipe of slide-fmu init "

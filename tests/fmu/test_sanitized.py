@@ -40,6 +40,10 @@ TELLING = [0, 1, 2, 3, 0x7F, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x4
 """Words that hurt readers: off by one, signs, NaN, infinity, sizes that overflow."""
 
 
+ALL_UNTIL, SHARE = 400, 0.3
+"""Every word of the first bytes is damaged, and this part of those after them, drawn at random."""
+
+
 @pytest.fixture(scope="module")
 def driver(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("driver")
@@ -68,7 +72,8 @@ def _damaged(data: bytes, rng: np.random.Generator) -> Iterator[bytes]:
     yield bytes([data[0] ^ 1]) + data[1:]
     for length in rng.integers(12, len(body), 40):
         yield _sealed(body[:length])
-    for position in range(8, len(body) - 3, 4):
+    words = np.arange(8, len(body) - 3, 4)
+    for position in words[(words < ALL_UNTIL) | (rng.random(len(words)) < SHARE)]:
         word = struct.pack("<I", TELLING[rng.integers(len(TELLING))])
         yield _sealed(body[:position] + word + body[position + 4 :])
     for position in rng.integers(8, len(body), 200):

@@ -320,6 +320,8 @@ def course(kind: str, count: int) -> FloatArray:
         "ramp that ends": rising - 0.2,
         "rest with noise": rng.normal(0, 0.003, count),
         "walk": np.clip(np.cumsum(rng.uniform(-0.05, 0.05, count)), -0.4, 0.4),
+        "table of a sine": np.interp(times, times[::7], 0.4 * np.sin(0.1 * times[::7])),
+        "sine that repeats each third value": smooth[times - (times % 3 == 2)],
     }
     return 0.5 + kinds[kind]
 
@@ -338,6 +340,8 @@ def course(kind: str, count: int) -> FloatArray:
         ("ramp that ends", True),
         ("rest with noise", True),
         ("walk", False),
+        ("table of a sine", True),
+        ("sine that repeats each third value", False),
     ],
 )
 def test_held_input_that_may_be_smooth_or_not_is_out_of_the_domain(
@@ -358,4 +362,21 @@ def test_held_input_that_may_be_smooth_or_not_is_out_of_the_domain(
             assert native.set(value, 0.5) == OK
             assert native.do_step(native.time(), STEP / parts) == OK
             inside += native.get(*place)
-        assert all(inside) == (clear or held)
+        assert all(inside[4:]) == (clear or held)  # before, it has only begun to change
+
+
+@pytest.mark.parametrize("parts", [1, 4])
+def test_held_input_that_begins_to_change_is_in_doubt_until_it_is_known_to_move(
+    load: Load, parts: int
+) -> None:
+    """A first change may be a jump, which is right at once; a fourth one in a row shows a ramp."""
+    surrogate = tolerant("plain", ranges=False)
+    assert surrogate.bound is not None
+    free = dataclasses.replace(surrogate.bound, limits=1e9 * surrogate.bound.limits)
+    native = load(dataclasses.replace(surrogate, bound=free)).instance(held=False).start()
+    inside, place = [], places(surrogate, "IN_DOMAIN")
+    for change in (0, 0, 0, 0, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 9):
+        assert native.set(0.3 + 0.01 * change, 0.5) == OK
+        assert native.do_step(native.time(), STEP / parts) == OK
+        inside += native.get(*place)
+    assert inside == [1.0] * 8 + [0.0] * 2 + [1.0] * 5

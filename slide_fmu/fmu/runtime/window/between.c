@@ -91,30 +91,41 @@ static bool reach_held(const SlideModel *model, SlideState *state, size_t *place
     return done;
 }
 
-/* What the last forecast missed would change the outputs so much: in a phase whose outputs under the newest
- * sample, in model->taken, are in model->given. */
-static bool judge(const SlideModel *model, SlideState *state, SlideSeen *node) {
+/* What a phase gives after the sample in model->taken, which it does not keep [n_outputs]; NULL when a
+ * result is not finite. */
+static const float *outputs_after(const SlideModel *model, SlideSeen *node) {
     const SlideNetwork *network = &model->predictor;
     const uint64_t number = *node->samples.count;
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
-    }
     if (!slide_network_see(network, &node->predictor, number, model->taken,
                            model->taken + model->n_inputs)) {
-        return false;
+        return NULL;
     }
     const float *values =
         network->family->evaluate(network, model->kernel, &node->predictor, number);
     for (size_t i = 0; i < model->n_outputs; ++i) {
+        if (!isfinite(values[i])) {
+            return NULL;
+        }
+    }
+    return values;
+}
+
+/* What the last forecast missed would change the outputs so much: in a phase whose outputs under the newest
+ * sample, in model->taken, are in model->given. */
+static bool judge(const SlideModel *model, SlideState *state, SlideSeen *node) {
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
+    }
+    const float *values = outputs_after(model, node);
+    for (size_t i = 0; values != NULL && i < model->n_outputs; ++i) {
         slide_phases_judge(&state->ahead.forecast[i], (double)values[i] - model->given[i]);
     }
-    return true;
+    return values != NULL;
 }
 
 /* Inputs that move: the newest sample, after what networks had seen a sample step ago. */
 static bool reach_moving(const SlideModel *model, SlideState *state, size_t *place,
                          double *outputs) {
-    const SlideNetwork *network = &model->predictor;
     const double now = slide_clock_time(&state->head->inner), spacing = model->step / N_GRID;
     const double first = floor((now - model->step) / spacing);
     size_t nodes[N_NODES];
@@ -129,14 +140,10 @@ static bool reach_moving(const SlideModel *model, SlideState *state, size_t *pla
     slide_sample_newest(model, state);
     memset(outputs, 0, model->n_outputs * sizeof *outputs);
     for (size_t i = 0; i < N_NODES; ++i) {
-        SlideSeen *node = &state->seen[nodes[i]];
-        const uint64_t number = *node->samples.count;
-        if (!slide_network_see(network, &node->predictor, number, model->taken,
-                               model->taken + model->n_inputs)) {
+        const float *values = outputs_after(model, &state->seen[nodes[i]]);
+        if (values == NULL) {
             return false;
         }
-        const float *values =
-            network->family->evaluate(network, model->kernel, &node->predictor, number);
         for (size_t j = 0; j < model->n_outputs; ++j) {
             outputs[j] += weights[i] * values[j];
             model->given[j] = values[j];
@@ -146,14 +153,7 @@ static bool reach_moving(const SlideModel *model, SlideState *state, size_t *pla
         return false;
     }
     /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */
-    const bool done =
-        slide_phases_reach(model, state, first * spacing + model->step, 1, place);
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        if (!isfinite(outputs[i])) {
-            return false;
-        }
-    }
-    return done;
+    return slide_phases_reach(model, state, first * spacing + model->step, 1, place);
 }
 
 bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,

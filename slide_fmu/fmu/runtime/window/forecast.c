@@ -13,7 +13,7 @@ static const double FASTER = 1.3, SMALL_JUMP = 0.02;
 
 /* Correlation with points up to so many before, above which values are no independent ones. Of 32
  * independent values less than one in ten thousand has it: the flag stays for the whole memory. */
-static const double ALIKE = 0.7;
+static const double ALIKE = 0.7, ALIKE_OF_SHORT = 0.75; /* there are more steps in a memory */
 enum { MOST_LAG = 4 };
 
 /* Changes lead on, where the square of their sum is so many times the sum of their squares: of independent
@@ -27,9 +27,18 @@ static const double LEADS = 6, SMALL_CHANGE = 5e-4;
 static const double POOR = 0.25, SMALL_WALK = 2.5e-3;
 enum { MANY_POOR = 4 };
 
+/* A held input is smooth, too, where a forecast's mean square error is this part of the held value's but for
+ * two of the points that are scored: of independent values, and of random walks, less than one in a hundred
+ * thousand is. */
+static const double FAR_BETTER = 0.05;
+
+/* Square of a change at a kink over that of the largest change besides; more is a jump. */
+static const double MOST_AT_KINK = 4;
+enum { N_KINKS = 2 };
+
 /* Of held inputs files say nothing: a straight line and a parabola are tried. */
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
-enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12 };
+enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12, MOST_OF_SCORED = 8 };
 
 /* The first change of an input that moves after a rest, over the next one: more is a jump. */
 static const double MOST_AT_FIRST = 1.5;
@@ -242,12 +251,35 @@ static double sum_of(const double *values, size_t count) {
     return even + odd + (count % 2 == 1 ? values[count - 1] : 0);
 }
 
+/* Is a choice far better than holding the input, but for those points at which it was worst? One kink counts for
+ * more than all points of a smooth input besides. A jump is no kink: the input changes there more than elsewhere. */
+static bool is_smooth(size_t n, const double *held, const double *errors, double *rest) {
+    double of_held = sum_of(held, n), of_kept = 0, of_kinks = 0;
+    size_t kinks[N_KINKS];
+    *rest = sum_of(errors, n);
+    for (size_t k = 0; k < N_KINKS; ++k) {
+        size_t worst = n;
+        for (size_t i = 0; i < n; ++i) {
+            const bool gone = k > 0 && i == kinks[0];
+            worst = !gone && (worst == n || errors[i] > errors[worst]) ? i : worst;
+        }
+        kinks[k] = worst;
+        *rest -= errors[worst];
+        of_held -= held[worst];
+        of_kinks = errors[worst] > POOR * held[worst] ? fmax(of_kinks, held[worst]) : of_kinks;
+    }
+    for (size_t i = 0; i < n; ++i) {
+        of_kept = i == kinks[0] || i == kinks[1] ? of_kept : fmax(of_kept, held[i]);
+    }
+    return *rest < FAR_BETTER * of_held && of_kinks <= MOST_AT_KINK * of_kept;
+}
+
 /* The index of the choice that is taken. */
 static size_t best_of(const SlideForecast *forecast, const SlideForecastState *state,
                       size_t input) {
     const size_t n = n_choices(forecast), n_scored = forecast->n_scored;
     const double *errors = state->errors + input * n * n_scored;
-    double least = BETTER * sum_of(errors, n_scored);
+    double least = BETTER * sum_of(errors, n_scored), least_rest = DBL_MAX;
     size_t best = 0;
     for (size_t i = 1; i + 1 < n; ++i) {
         const double found = sum_of(errors + i * n_scored, n_scored);
@@ -259,11 +291,18 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
     if (forecast->n_candidates > 0 && sum_of(errors + (n - 1) * n_scored, n_scored) < BETTER * least) {
         best = n - 1;
     }
+    for (size_t i = 1; best == 0 && forecast->least_changes > 0 && i + 1 < n; ++i) {
+        double rest;
+        if (is_smooth(n_scored, errors, errors + i * n_scored, &rest) && rest < least_rest) {
+            least_rest = rest;
+            best = i;
+        }
+    }
     return best;
 }
 
 /* Are values like those some points before them, about their mean? */
-static bool are_alike(const double *values, size_t newest) {
+static bool are_alike(const double *values, size_t newest, double alike) {
     double mean = 0, square = 0;
     size_t n_changes = 0;
     for (size_t i = 0; i < SLIDE_LOOKED; ++i) {
@@ -279,7 +318,7 @@ static bool are_alike(const double *values, size_t newest) {
             sum += (values[(newest + 1 + i) % SLIDE_LOOKED] - mean) *
                    (values[(newest + 1 + i - lag) % SLIDE_LOOKED] - mean);
         }
-        if (fabs(sum) > ALIKE * square * (SLIDE_LOOKED - lag) / SLIDE_LOOKED) {
+        if (fabs(sum) > alike * square * (SLIDE_LOOKED - lag) / SLIDE_LOOKED) {
             return true;
         }
     }
@@ -305,12 +344,41 @@ bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64
     return n_changes > 1 && change * next > 0 && fabs(change) <= MOST_AT_FIRST * fabs(next);
 }
 
+bool slide_forecast_begins_to_change(const SlideForecast *forecast, const SlideForecastState *state,
+                                     uint32_t n_inputs) {
+    for (size_t i = 0; i < n_inputs; ++i) {
+        const uint64_t count = slide_forecast_n_changes(state, i);
+        if (count > 1 && count < LEAST_CHANGES && !slide_forecast_moves(forecast, state, i)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Does an input go on changing in most steps? It may repeat a value, as one that comes late does; two in a
+ * row are a stop. A newest change far above the others is a jump or a kink: the next one shows which. */
+static bool goes_on(const double *values, uint64_t newest) {
+    size_t n_changes = 0, n_last = 0;
+    double last = 0, largest = 0;
+    for (uint64_t i = 0; i < N_SCORED_OF_HELD; ++i) {
+        const double change =
+            values[(newest - i) % SLIDE_LOOKED] - values[(newest - i - 1) % SLIDE_LOOKED];
+        n_changes += change != 0;
+        n_last += change != 0 && i < 2;
+        last = i == 0 ? change : last;
+        largest = i > 0 ? fmax(largest, fabs(change)) : largest;
+    }
+    return n_changes >= MOST_OF_SCORED && n_last > 0 &&
+           last * last <= MOST_AT_KINK * largest * largest;
+}
+
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,
                           uint32_t n_inputs) {
+    const double alike = 2 * *state->spacing > forecast->sample_step ? ALIKE : ALIKE_OF_SHORT;
     for (size_t i = 0; i < n_inputs; ++i) {
         if (!slide_forecast_moves(forecast, state, i) &&
-            slide_forecast_n_changes(state, i) >= LEAST_CHANGES && /* it has not stopped */
-            are_alike(state->values + i * SLIDE_LOOKED, *state->scored % SLIDE_LOOKED)) {
+            goes_on(state->values + i * SLIDE_LOOKED, *state->scored + SLIDE_LOOKED) &&
+            are_alike(state->values + i * SLIDE_LOOKED, *state->scored % SLIDE_LOOKED, alike)) {
             return true;
         }
     }
@@ -332,11 +400,17 @@ static bool leads_on(const double *values, uint64_t newest, uint64_t n_changes, 
            fabs(sum) > (double)n_changes * least;
 }
 
-/* At how many of the points that were scored was a choice hardly better than holding the input? */
-static uint32_t n_poor(const SlideForecast *forecast, const double *held, const double *errors) {
+/* At how many of the points that were scored was no choice much better than holding the input? At a kink a
+ * parabola fails up to three times, a line once. */
+static uint32_t n_poor(const SlideForecast *forecast, const double *errors) {
+    const size_t n_scored = forecast->n_scored;
     uint32_t count = 0;
-    for (size_t i = 0; i < forecast->n_scored; ++i) {
-        count += errors[i] > POOR * held[i];
+    for (size_t i = 0; i < n_scored; ++i) {
+        double least = errors[n_scored + i];
+        for (size_t k = 2; k <= forecast->n_candidates; ++k) {
+            least = fmin(least, errors[k * n_scored + i]);
+        }
+        count += least > POOR * errors[i];
     }
     return count;
 }
@@ -352,11 +426,10 @@ bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastSt
         const double walk = SMALL_WALK * range;
         const bool changes = sum_of(errors, n_scored) > (double)n_scored * walk * walk;
         if (slide_forecast_moves(forecast, state, i)) {
-            const double *best = errors + best_of(forecast, state, i) * n_scored;
-            if (changes && n_poor(forecast, errors, best) >= MANY_POOR) {
+            if (changes && n_poor(forecast, errors) >= MANY_POOR) {
                 return true;
             }
-        } else if (slide_forecast_n_changes(state, i) >= LEAST_CHANGES &&
+        } else if (goes_on(values, newest) &&
                    (leads_on(values, newest, n_scored, least) ||
                     leads_on(values, newest, SLIDE_LOOKED - 1, least))) {
             return true;

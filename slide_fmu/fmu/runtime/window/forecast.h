@@ -65,6 +65,10 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
  * not. */
 bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64_t n_changes);
 
+/* Did a held input begin to change in each step, so lately that it cannot be told whether it moves? */
+bool slide_forecast_begins_to_change(const SlideForecast *forecast, const SlideForecastState *state,
+                                     uint32_t n_inputs);
+
 /* Do held inputs follow each other as samples of a signal that is too fast for a forecast, as a tone
  * does? Values that a controller draws or holds do not: they stay, or are independent. */
 bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastState *state,

@@ -10,8 +10,11 @@
 #include <math.h>
 #include <string.h>
 
-/* A step is longer than a sample by more than this part of it. */
-static const double COARSE = 1e-6;
+/* A step counts as longer than a sample by more than this part of it: 0.01667 s may be meant for 1/60 s. */
+static const double LONGER = 5e-3;
+
+/* Lengths that differ by this part of them are the same. */
+static const double ROUNDING = 1e-6;
 
 /* The results of what networks have seen, in physical units. */
 static void give(const SlideModel *model, SlideState *state) {
@@ -135,8 +138,8 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
 }
 
 /* Do inputs do what samples do not show? Those that move in the training may jump; of held ones it may be
- * unclear whether they are smooth, or, where one step is most of a sample, they may be samples of a fast
- * signal; and in a step longer than a sample they may do anything. */
+ * unclear whether they are smooth, or they may be samples of a fast or noisy signal; and in a step longer than
+ * a sample they may do anything. */
 static void doubt(const SlideModel *model, SlideState *state) {
     const SlideHistoryShape *shape = &model->history;
     const double *step = slide_history_newest(shape, &state->history);
@@ -145,10 +148,10 @@ static void doubt(const SlideModel *model, SlideState *state) {
     const double *from = ends ? step + 1 : before + 1;
     const double *to = ends ? state->history.end : step + 1;
     const double length = ends ? state->head->last_length : state->head->length_before;
-    const bool coarse = length > model->step * (1 + COARSE) &&
+    const bool coarse = length > model->step * (1 + LONGER) &&
                         memcmp(from, to, model->n_inputs * sizeof *from) != 0;
     const bool held = !shape->first_order, known_held = held && state->head->known != 0;
-    const bool hides = held && !known_held && 2 * step[0] > model->step * (1 + COARSE) &&
+    const bool hides = held && !known_held &&
                        slide_forecast_hides(&model->forecast, &state->forecast, model->n_inputs);
     const bool unclear = held && !known_held &&
                          slide_forecast_unclear(&model->forecast, &state->forecast, model->n_inputs);
@@ -317,7 +320,7 @@ static void tell_back(const SlideModel *model, SlideState *state, size_t input) 
     /* the step before them, in which it began to, if it is no rest */
     const double newest = slide_history_length(shape, &state->history, 0);
     if (!joined && n_changes < SLIDE_TOLD_LATER && n_changes + 1 < count &&
-        fabs(slide_history_length(shape, &state->history, n_changes) - newest) <= COARSE * newest &&
+        fabs(slide_history_length(shape, &state->history, n_changes) - newest) <= ROUNDING * newest &&
         slide_forecast_begins(&state->forecast, input, n_changes)) {
         unsigned char *moved = slide_history_moved(shape, &state->history, n_changes) + input;
         *moved = *moved == SLIDE_HELD ? SLIDE_MOVED : *moved;
@@ -448,7 +451,9 @@ bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
 
 bool slide_stream_doubtful(const SlideModel *model, const SlideState *state) {
     const double since = slide_clock_time(&state->head->inner) - state->head->doubt;
-    return since < model->predictor.memory_length * model->step;
+    const bool open = !model->history.first_order && state->head->known == 0 &&
+                      slide_forecast_begins_to_change(&model->forecast, &state->forecast, model->n_inputs);
+    return open || since < model->predictor.memory_length * model->step;
 }
 
 const float *slide_stream_block(const SlideModel *model, SlideState *state) {

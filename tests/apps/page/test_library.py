@@ -30,6 +30,9 @@ LOOSER = {"error_bound": 0.1, "novelty": 1e-4}
 """Of an error bound and of the novelty, which follow from how far two networks are apart: the
 rounding of both is a part of that difference."""
 
+CHANGES = 5
+"""Samples until inputs that begin to change at the start are known to be held."""
+
 OF_BOUND = {"error_estimate": 2e-2}
 """The same of an error estimate that is made of an error bound: its networks may agree to 1e-7."""
 
@@ -51,6 +54,10 @@ def test_page_library_gives_the_answers_of_the_native_library(fmu: Path, tmp_pat
         if name == "trusted":  # where a bound is at its tolerance, rounding decides
             native = dict(zip(columns, run.values.T, strict=True))
             apart = apart[~_across_a_tolerance(surrogate, native, columns)]
+        if (
+            name == "in_domain"
+        ):  # the page says of no inputs that they are held: a start is in doubt
+            apart = apart[CHANGES:]
         difference = float(apart.max())
         print(f"{name}: {difference / scale:.2g} of {scale:.3g}")
         assert np.ptp(expected) > 0 or name.endswith(

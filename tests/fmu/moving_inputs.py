@@ -75,8 +75,24 @@ class Rules:
                 best, least = index, scores[index]
         if len(self.weights) > 0 and scores[-1] < 0.5 * least:
             best = len(scores) - 1
+        if best == 0 and self.least_changes > 0:
+            best = self.smooth(np.array(errors[: self.n_scored]) ** 2)
         n_changes = sum(one[0] != 0 for one in errors[: self.n_scored])
         return best, best > 0 and n_changes >= self.least_changes
+
+    def smooth(self, squares: FloatArray) -> int:
+        """Which choice of a held input is far better than holding it but for two points, which are
+        kinks and no jumps? (points, choices); 0 for none."""
+        found = {}
+        for index in range(1, len(self.weights) + 1):
+            held, errors = squares[:, 0], squares[:, index]
+            order = np.argsort(errors, kind="stable")
+            kept, kinks = order[:-2], order[-2:]
+            of_kinks = max((held[k] for k in kinks if errors[k] > 0.25 * held[k]), default=0.0)
+            rest = float(errors[kept].sum())
+            if rest < 0.05 * held[kept].sum() and of_kinks <= 4 * held[kept].max():
+                found[index] = rest
+        return min(found, key=lambda index: found[index]) if found else 0
 
 
 HELD_CANDIDATES = np.array([[-1.0, 0.0], [-3.0, 1.0]])

@@ -54,9 +54,8 @@ def test_page_library_gives_the_answers_of_the_native_library(fmu: Path, tmp_pat
         if name == "trusted":  # where a bound is at its tolerance, rounding decides
             native = dict(zip(columns, run.values.T, strict=True))
             apart = apart[~_across_a_tolerance(surrogate, native, columns)]
-        if (
-            name == "in_domain"
-        ):  # the page says of no inputs that they are held: a start is in doubt
+        # the page does not say that inputs are held: a start is in doubt there
+        if name == "in_domain":
             apart = apart[CHANGES:]
         difference = float(apart.max())
         print(f"{name}: {difference / scale:.2g} of {scale:.3g}")

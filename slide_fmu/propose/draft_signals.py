@@ -222,9 +222,9 @@ def _input(
 
 _ACTS: dict[Hold, str] = {
     "first_order": (
-        "The input goes straight from sample to sample where it does not jump (jumps in [data]). "
-        "Is yours constant over each step, as the "
-        'output of a controller is? Then write hold = "zero_order". All inputs need the same hold.'
+        "The input goes straight from sample to sample where it does not jump. Is yours constant "
+        "over each step, as the output of a controller is? Then write "
+        'hold = "zero_order". All inputs need the same hold.'
     ),
     "zero_order": (
         "The input is constant over each step, as the output of a controller is. Is yours smooth? "

@@ -57,6 +57,10 @@ def test_bound_holds_in_range_and_is_mostly_trusted(finished: Finished) -> None:
     assert factors == sorted(factors, reverse=True)
 
 
+CHANGES = 4
+"""Changes in a row at the start, after which the plain call knows that an input is held."""
+
+
 def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     surrogate, _ = read_fmu(finished.fmu)
     count, step = 400, surrogate.window.step
@@ -83,6 +87,7 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     assert expected[200:300].all()
     assert not expected[310:].any()
     clear = np.abs(novelty - 1) > 0.01
+    clear[:CHANGES] = False
     assert (found["in_domain"].astype(bool) == expected)[clear].all()
     ratio = surrogate.error_bounds(force[:, None])[:, 0] / surrogate.error_tolerances[0]
     clear &= np.abs(ratio - 1) > ROUNDING

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity, ratio_text
@@ -97,7 +97,7 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
     heading = ["inputs", "motions"]
     for number, _ in steps:
         heading += [f"{_part(number)}: error", "covered", "trusted", "silent"]
-    heading.append("at h")
+    heading.append("verdict")
     lengths = ", ".join(
         f"{_part(number)} = {quantity(step, 's', STEP_DIGITS)}" for number, step in steps
     )
@@ -112,10 +112,17 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
             line = [named(known), str(known.trajectories)]
             for row in found:
                 line += ["", "", "", ""] if row is None else _shares(row)
-            own = found[0]
-            yield [*line, "" if own is None else judged(own)]
+            yield [*line, _judged_at_all(row for row in found if row is not None)]
 
     return ReportTable.of(heading, cells(), title).without_empty_columns()
+
+
+def _judged_at_all(rows: Iterable[Row]) -> str:
+    """Judge the rows of a kind of input once where they agree, else at each step."""
+    words = {_part(row.steps): judged(row) for row in rows if row.valid is not None}
+    if len(set(words.values())) <= 1:
+        return next(iter(words.values()), "")
+    return "; ".join(f"{part}: {word}" for part, word in words.items())
 
 
 def _part(steps: float) -> str:

@@ -6,7 +6,7 @@ report, card and ``slide-fmu info`` begin with it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from slide_fmu.core.measures import percent
 from slide_fmu.report.row_tables import FAR, length_of, named
@@ -94,26 +94,48 @@ def _trusted(rows: Sequence[Row], call: Call) -> str:
 
 
 def _avoid(rows: Sequence[Row], call: Call) -> str:
-    """Say what to avoid."""
-    at = [row for row in rows if row.is_at(call, 1.0) and row.group != BEYOND]
-    bad = [row for row in at if row.valid is False and row.inputs != ALL]
-    bad.sort(key=lambda row: (row.honest is not False, -(row.silent or 0.0), -row.error))
+    """Say what to avoid at the own step, and what else at the finer one."""
+    kinds = [row for row in rows if row.group != BEYOND and row.inputs != ALL]
+    at, finer = ([row for row in kinds if row.is_at(call, steps)] for steps in (1.0, FINER))
     outside = "Inputs outside of their ranges are reported"
-    if not any(row.valid is not None for row in at):
+    judged = [row for row in rows if row.is_at(call, 1.0) and row.group != BEYOND]
+    if not any(row.valid is not None for row in judged):
         return f"Avoid inputs unlike those that were measured. {outside}."
-    far = _usual_but_far(at)
-    if not bad:
-        what = far or "Of the measured kinds of input none is to be avoided."
-        return f"{what} {outside}."
+    bad = _worst_first(row for row in at if row.valid is False)
     silent = [row for row in bad if row.honest is not True]
-    says = "it is wrong and does not say so" if silent else "it says that it is wrong"
-    also = f" {far}" if far else ""
-    return f"Avoid, at its own step: {_some(silent or bad)}; there {says}.{also}"
+    named_before = {(row.group, row.inputs) for row in silent}
+    new = _worst_first(
+        row for row in finer if row.honest is False and (row.group, row.inputs) not in named_before
+    )
+    found = []
+    if bad:
+        says = "it is wrong and does not say so" if silent else "it says that it is wrong"
+        found.append(f"Avoid, at its own step: {_some(silent or bad)}; there {says}.")
+    if new:
+        also = "also " if silent else ""
+        found.append(
+            f"At {length_of(new[0])} it is {also}wrong and does not say so under {_some(new)}."
+        )
+    far = _usual_but_far(at)
+    if far:
+        found.append(far)
+    if not found:
+        found.append("Of the measured kinds of input none is to be avoided.")
+    if not bad:
+        found.append(f"{outside}.")
+    return " ".join(found)
+
+
+def _worst_first(rows: Iterable[Row]) -> list[Row]:
+    """Order rows: those that do not say where they are wrong come first."""
+    return sorted(
+        rows, key=lambda row: (row.honest is not False, -(row.silent or 0.0), -row.error)
+    )
 
 
 def _usual_but_far(rows: Sequence[Row]) -> str:
     """Name kinds of input whose errors are large, but usual for this FMU; empty without any."""
-    found = [row for row in rows if row.valid and row.far_off and row.inputs != ALL]
+    found = [row for row in rows if row.valid and row.far_off]
     found.sort(key=lambda row: -row.error)
     return f"Under {_some(found)} its error is usual, but the FMU is {FAR}." if found else ""
 

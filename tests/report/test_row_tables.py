@@ -15,14 +15,16 @@ from tests.report.made_rows import MEASURED, row, unfilled, without_bound
 def test_a_kind_has_one_row_with_both_steps() -> None:
     table = kind_table(MEASURED)
     shares = ("covered", "trusted", "silent")
-    heading = ("inputs", "motions", "h: error", *shares, "h/4: error", *shares, "at h")
+    heading = ("inputs", "motions", "h: error", *shares, "h/4: error", *shares, "verdict")
     assert table.heading == heading
     assert table.title == "plain call, h = 20 ms, h/4 = 5 ms"
     whole, steps, smooth = table.rows
     assert whole[:6] == ("in range", "12", "2 %", "95 %", "96 %", "0 %")
     assert whole[6:] == ("1.5 %", "95 %", "99 %", "0 %", "valid")
     assert (steps[0], steps[6:10]) == ("steps", ("", "", "", ""))
-    assert (smooth[0], smooth[-1]) == ("sines of 1 Hz", "not valid, not always reported")
+    assert smooth[0] == "sines of 1 Hz"
+    far = "valid, but far off (error above 5 %)"
+    assert smooth[-1] == f"h: not valid, not always reported; h/4: {far}"
 
 
 def test_a_bound_that_never_counts_says_so_in_the_place_of_its_shares() -> None:
@@ -47,6 +49,14 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
         *["not valid, not always reported"] * 2,
         "not valid",
         "valid, but far off (error above 5 %)",
+    ]
+
+
+def test_a_kind_that_is_valid_at_one_step_alone_is_judged_at_both() -> None:
+    rows = [row("a"), row("a", harmful=0.03, silent=0.02, steps=4.0), row("b"), row("b", steps=4)]
+    assert [line[-1] for line in kind_table(rows).rows] == [
+        "h: valid; h/4: not valid, not always reported",
+        "valid",
     ]
 
 

@@ -43,6 +43,19 @@ def test_kinds_that_are_reported_come_behind_silent_ones() -> None:
     assert "steps" in avoid
 
 
+def test_kinds_that_are_silent_at_the_finer_step_alone_are_named_behind() -> None:
+    finer = [row("jumps", steps=4.0, error=0.2, silent=0.03), row("ramps", steps=4.0)]
+    _, _, avoid = verdict([row(), row("jumps"), *finer])
+    says = "At 5 ms it is wrong and does not say so under jumps (20 %)."
+    assert avoid == f"{says} Inputs outside of their ranges are reported."
+    silent = row("steps", harmful=0.5, silent=0.2)
+    _, _, avoid = verdict([row(), silent, replace(silent, steps=4.0), *finer])
+    assert avoid.endswith(
+        f"there it is wrong and does not say so. {says.replace('is wrong', 'is also wrong')}"
+    )
+    assert "steps" not in avoid.partition("At 5 ms")[2]
+
+
 def test_kinds_beyond_the_range_and_sums_of_kinds_are_not_named() -> None:
     bad = row("steps", BEYOND, harmful=0.9, silent=0.9)
     _, _, avoid = verdict([row(harmful=0.5, silent=0.5), bad])

@@ -80,7 +80,7 @@ def validate(
     trajectories: TrajectoriesOption = None,
     duration: Annotated[
         float | None,
-        typer.Option(help="Duration of a trajectory in s. Default: as in the recipe."),
+        typer.Option(help="Duration of a motion in s. Default: as in the recipe."),
     ] = None,
     amplitude: Annotated[
         tuple[float, float],

@@ -140,7 +140,7 @@ def further_rows(
     for named, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
         rows += resting.rows(named, motions, resting.usual_calls())
     as_set = bar("inputs as users set them")
-    for named, motions in user_motions(surrogate, case, in_range.task.seed, as_set).items():
+    for named, motions in user_motions(surrogate, case, in_range.task, as_set).items():
         rows += meter.rows(named, motions, meter.usual_calls())
     return rows
 
@@ -158,7 +158,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
     progress(0, 3)
     try:
         if not (surrogate.planned or turning):
-            found = smooth_motions(surrogate, case, in_range.task.seed)
+            found = smooth_motions(surrogate, case, in_range.task)
             progress(1, 3)
             rows = meter.rows(found.named, found.motions, calls)
             progress(2, 3)

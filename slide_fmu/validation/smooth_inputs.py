@@ -24,7 +24,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
 from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import SMOOTH, Row
-from slide_fmu.validation.task import entropy_of
+from slide_fmu.validation.task import Task, entropy_of
 
 STEPS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Numbers of communication steps in the own step, at which the error is drawn."""
@@ -92,7 +92,7 @@ class SmoothMotions:
         return Named(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
 
 
-def smooth_motions(surrogate: Surrogate, case: Case, seed: int) -> SmoothMotions:
+def smooth_motions(surrogate: Surrogate, case: Case, task: Task) -> SmoothMotions:
     """Simulate the reference at its own fine step under smooth inputs.
 
     Inputs that each move by themselves are asked for: no angles, and no planned motions.
@@ -105,10 +105,10 @@ def smooth_motions(surrogate: Surrogate, case: Case, seed: int) -> SmoothMotions
     hz, step, system = band_of(recipe), recipe.window.step, case.reference_as_it_runs()
     burn_in = round(recipe.data.burn_in / step)
     first = max(burn_in + 1, surrogate.network.memory_length)
-    count = first + min(round(PERIODS / hz[0] / step), round(recipe.data.duration / step))
+    count = first + round(min(PERIODS / hz[0], task.duration or recipe.data.duration) / step)
     found = []
     for index in range(TRAJECTORIES):
-        sines = Sines(system.inputs, hz, index, seed)
+        sines = Sines(system.inputs, hz, index, task.seed)
         truth = fine_truth(system, sines, count * times)
         found.append(MeasuredMotion(sines, truth, step / times, first * step))
     return SmoothMotions(tuple(found), system, hz)

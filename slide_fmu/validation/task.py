@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from slide_fmu.recipe.recipe import Recipe
+
 IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 """Names of the groups of trajectories that a released FMU is measured on; its figures use them."""
 
@@ -50,3 +52,7 @@ class Task:
             raise ValueError(
                 f"amplitude = {self.amplitude}; expected two positive factors, smaller one first"
             )
+
+    def duration_of(self, recipe: Recipe) -> float:
+        """Return the length of a trajectory in s."""
+        return self.duration or recipe.validation.duration or recipe.data.duration

@@ -24,7 +24,7 @@ from slide_fmu.validation.calls import MeasuredMotion, Named
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.smooth_inputs import fine_truth
-from slide_fmu.validation.task import entropy_of
+from slide_fmu.validation.task import Task, entropy_of
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_words import told
 from slide_fmu.validation.waveforms import (
@@ -166,13 +166,14 @@ class UserInput:
 
 
 def user_motions(
-    surrogate: Surrogate, case: Case, seed: int, progress: Progress
+    surrogate: Surrogate, case: Case, task: Task, progress: Progress
 ) -> dict[Named, list[MeasuredMotion]]:
     """Simulate the reference on inputs as users set them, from rest on; failures are named.
 
     Inputs that each move by themselves act at their own times: the reference is simulated at its
     own fine step. Planned motions and angles are given by their samples, as its models know them;
-    so are all inputs of a model without a finer step. Another seed of the validation gives others.
+    so are all inputs of a model without a finer step. Another seed of the validation gives others,
+    and its duration is that of the motions.
     """
     recipe, window = case.recipe, surrogate.window
     channels = channels_of(recipe, case.reference, window.n_in * window.step)
@@ -185,11 +186,11 @@ def user_motions(
     for number, (name, drawing) in enumerate(kinds.items()):
         motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
         for index in range(TRAJECTORIES):
-            rng = np.random.default_rng([SEED, number, index, entropy_of(seed)])
+            rng = np.random.default_rng([SEED, number, index, entropy_of(task.seed)])
             inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
             drawn.append(inputs)
             try:
-                motions.append(_motion(surrogate, case, inputs, fine))
+                motions.append(_motion(surrogate, case, task, inputs, fine))
             except SimulationError as error:
                 failed.append(str(error))
             done += 1
@@ -208,12 +209,12 @@ def _fine(case: Case) -> System | None:
 
 
 def _motion(
-    surrogate: Surrogate, case: Case, inputs: UserInput, fine: System | None
+    surrogate: Surrogate, case: Case, task: Task, inputs: UserInput, fine: System | None
 ) -> MeasuredMotion:
     """Simulate one input, or raise a SimulationError."""
     recipe, step = case.recipe, case.recipe.window.step
     burn_in = round(recipe.data.burn_in / step)
-    count = burn_in + round((recipe.validation.duration or recipe.data.duration) / step)
+    count = burn_in + round(task.duration_of(recipe) / step)
     first = max(burn_in + 1, surrogate.network.memory_length) * step
     if fine is not None:
         times = case.finer_steps

@@ -93,7 +93,7 @@ def validate_against(
     count = task.trajectories or recipe.validation.trajectories
     ends = case.corners() if recipe.parameters else []
     total = count + len(ends)
-    duration = task.duration or recipe.validation.duration or recipe.data.duration
+    duration = task.duration_of(recipe)
     stream = Stream(TEST, task.seed, task.amplitude, duration)
     needed = recipe.shortest_validation()
     if duration < needed - 0.5 * recipe.window.step:

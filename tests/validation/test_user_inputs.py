@@ -15,7 +15,7 @@ from slide_fmu.data.draws import TEST, Stream, draw_inputs
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
-from slide_fmu.validation.task import UNSEEN_SEED
+from slide_fmu.validation.task import UNSEEN_SEED, Task
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_inputs import (
     OF_INPUTS,
@@ -130,7 +130,7 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     recipe = lag_recipe(tmp_path, "zero_order")
     surrogate = lag_surrogate(recipe, "zero_order")
     case = case_of(recipe)
-    motions = user_motions(surrogate, case, UNSEEN_SEED, silent)
+    motions = user_motions(surrogate, case, Task(UNSEEN_SEED), silent)
     names = [named.inputs for named in motions]
     assert len(names) == len(OF_INPUTS)
     assert all(one.startswith(kind[:6]) for one, kind in zip(names, OF_INPUTS, strict=True))
@@ -142,7 +142,7 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     exact = lfilter([1 - pole], [1, -pole], steps.course(middles)[:, 0])[63::64]
     later = steps.truth[1:, 0][len(exact) // 2 :]
     assert np.abs(later - exact[len(exact) // 2 :]).max() < 0.05 * np.ptp(exact)
-    others = [named.inputs for named in user_motions(surrogate, case, 7, silent)]
+    others = [named.inputs for named in user_motions(surrogate, case, Task(7), silent)]
     assert not set(names) & set(others)
 
 

@@ -81,13 +81,15 @@ class Rules:
         return best, best > 0 and n_changes >= self.least_changes
 
     def smooth(self, squares: FloatArray) -> int:
-        """Which choice of a held input is far better than holding it but for two points, which are
-        kinks and no jumps? (points, choices); 0 for none."""
+        """Which choice of a held input is far better than holding it but for up to two points,
+        which are kinks and no jumps? (points, choices); 0 for none."""
         found = {}
         for index in range(1, len(self.weights) + 1):
             held, errors = squares[:, 0], squares[:, index]
             order = np.argsort(errors, kind="stable")
-            kept, kinks = order[:-2], order[-2:]
+            fails = errors[order] > 0.05 * held[order]
+            n_kinks = 0 if not fails[-1] else 2 if fails[-2] else 1
+            kept, kinks = np.split(order, [len(order) - n_kinks])
             of_kinks = max((held[k] for k in kinks if errors[k] > 0.25 * held[k]), default=0.0)
             rest = float(errors[kept].sum())
             if rest < 0.05 * held[kept].sum() and of_kinks <= 4 * held[kept].max():

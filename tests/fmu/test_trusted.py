@@ -308,6 +308,7 @@ def course(kind: str, count: int) -> FloatArray:
     rng, times = np.random.default_rng(6), np.arange(count)
     smooth = 0.3 * np.sin(0.02 * times)
     jumps = rng.uniform(-0.4, 0.4, count)
+    table = 0.0023 * 2 * np.pi * (times[::20] + 1100)
     rising = np.minimum(0.0025 * times, 0.0025 * (count - 40))
     kinds = {
         "sine": smooth,
@@ -321,6 +322,7 @@ def course(kind: str, count: int) -> FloatArray:
         "rest with noise": rng.normal(0, 0.003, count),
         "walk": np.clip(np.cumsum(rng.uniform(-0.05, 0.05, count)), -0.4, 0.4),
         "table of a sine": np.interp(times, times[::7], 0.4 * np.sin(0.1 * times[::7])),
+        "table of a slow sine": np.interp(times, times[::20], 0.3 * np.sin(table)),
         "sine that repeats each third value": smooth[times - (times % 3 == 2)],
     }
     return 0.5 + kinds[kind]
@@ -341,6 +343,7 @@ def course(kind: str, count: int) -> FloatArray:
         ("rest with noise", True),
         ("walk", False),
         ("table of a sine", True),
+        ("table of a slow sine", True),
         ("sine that repeats each third value", False),
     ],
 )
@@ -358,7 +361,7 @@ def test_held_input_that_may_be_smooth_or_not_is_out_of_the_domain(
     )
     for held in (False, True):
         native, inside = loaded.instance(held=held).start(), []
-        for value in course(kind, 600 if kind == "walk" else 240):
+        for value in course(kind, 600 if kind in ("walk", "table of a slow sine") else 240):
             assert native.set(value, 0.5) == OK
             assert native.do_step(native.time(), STEP / parts) == OK
             inside += native.get(*place)

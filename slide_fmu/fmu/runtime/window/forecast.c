@@ -251,17 +251,20 @@ static double sum_of(const double *values, size_t count) {
     return even + odd + (count % 2 == 1 ? values[count - 1] : 0);
 }
 
-/* Is a choice far better than holding the input, but for those points at which it was worst? One kink counts for
+/* Is a choice far better than holding the input, but for up to two points at which it was not? One kink counts for
  * more than all points of a smooth input besides. A jump is no kink: the input changes there more than elsewhere. */
 static bool is_smooth(size_t n, const double *held, const double *errors, double *rest) {
     double of_held = sum_of(held, n), of_kept = 0, of_kinks = 0;
-    size_t kinks[N_KINKS];
+    size_t kinks[N_KINKS] = {n, n};
     *rest = sum_of(errors, n);
     for (size_t k = 0; k < N_KINKS; ++k) {
         size_t worst = n;
         for (size_t i = 0; i < n; ++i) {
             const bool gone = k > 0 && i == kinks[0];
             worst = !gone && (worst == n || errors[i] > errors[worst]) ? i : worst;
+        }
+        if (errors[worst] <= FAR_BETTER * held[worst]) {
+            break; /* it is no kink */
         }
         kinks[k] = worst;
         *rest -= errors[worst];

@@ -86,6 +86,19 @@ def test_steps_of_forecast_inputs_go_on_in_their_phase(
     agrees(native, PlainPhases(surrogate), lengths_of(name), moving_inputs(surrogate, STEPS))
 
 
+@pytest.mark.parametrize("name", ["six_tenths", "fifths"])
+@of_shapes
+def test_steps_under_known_smooth_inputs_are_on_curves(
+    load: Load, shape: Shape, name: str
+) -> None:
+    """Samples lie within steps of which no whole number makes up a sample."""
+    surrogate = random_surrogate(dataclasses.replace(shape, hold="first_order"))
+    surrogate = forecasting(surrogate, at_step_end=True)
+    native = load(surrogate).instance().start()
+    rows = moving_inputs(surrogate, STEPS)
+    agrees(native, PlainPhases(surrogate, known=True), lengths_of(name), rows)
+
+
 @of_lengths
 @of_shapes
 def test_held_inputs_that_move_smoothly_go_on_between_communication_points(

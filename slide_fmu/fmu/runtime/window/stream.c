@@ -162,13 +162,13 @@ static void doubt(const SlideModel *model, SlideState *state) {
     }
 }
 
-/* All is known of the newest step. Where its ends are those of samples, no curve between them is
- * needed. */
+/* All is known of the newest step. Where steps of one length make up a sample, samples are at their ends,
+ * and no curve between these is needed. */
 static void know(const SlideModel *model, SlideState *state) {
     const SlideHead *head = state->head;
     const SlideHistoryShape *shape = &model->history;
-    const bool sampled =
-        head->n_phases > 0 && !head->between && head->last_length <= model->step;
+    const double parts = (double)head->n_phases * head->last_length / model->step;
+    const bool sampled = head->length_before == head->last_length && fabs(parts - 1) <= ROUNDING;
     memcpy(state->history.end, state->before.given, model->n_inputs * sizeof(double));
     if (sampled || !shape->first_order) {
         *state->forecast.spacing = 0;

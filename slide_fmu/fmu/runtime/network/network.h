@@ -77,13 +77,16 @@ struct SlideFamily {
                                const SlideExactRun *run);
 
     /* Of recurrent families, which must evaluate every sample, and measure the influence of those
-     * that were forgotten: these truncation errors [n_values]; and room for what derivatives need
-     * of the state before a step, and keeping it. NULL of others. */
+     * that were forgotten: these truncation errors [n_values]; room for what derivatives need of the
+     * state before a step, and keeping it; and a state that lies between others of the same network,
+     * each with its weight [count], as they would count with the next sample. NULL of others. */
     const float *(*truncation_errors)(const SlideNetworkState *state);
     void (*place_before)(SlideNetworkState *before, const SlideNetwork *network,
                          SlideArena *arena);
     void (*keep)(const SlideNetwork *network, const SlideNetworkState *state,
                  SlideNetworkState *before);
+    void (*blend)(const SlideNetwork *network, const SlideNetworkState *const *states,
+                  const double *weights, size_t count, SlideNetworkState *between);
 };
 
 bool slide_is_recurrent(const SlideFamily *family);

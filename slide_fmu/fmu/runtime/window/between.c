@@ -91,17 +91,14 @@ static bool reach_held(const SlideModel *model, SlideState *state, size_t *place
     return done;
 }
 
-/* What a phase gives after the sample in model->taken, which it does not keep [n_outputs]; NULL when a
- * result is not finite. */
-static const float *outputs_after(const SlideModel *model, SlideSeen *node) {
+/* What a network gives after the sample in model->taken, which its state does not keep [n_outputs]; NULL
+ * when a result is not finite. */
+static const float *outputs_after(const SlideModel *model, SlideNetworkState *state) {
     const SlideNetwork *network = &model->predictor;
-    const uint64_t number = *node->samples.count;
-    if (!slide_network_see(network, &node->predictor, number, model->taken,
-                           model->taken + model->n_inputs)) {
+    if (!slide_network_see(network, state, 0, model->taken, model->taken + model->n_inputs)) {
         return NULL;
     }
-    const float *values =
-        network->family->evaluate(network, model->kernel, &node->predictor, number);
+    const float *values = network->family->evaluate(network, model->kernel, state, 0);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         if (!isfinite(values[i])) {
             return NULL;
@@ -110,46 +107,47 @@ static const float *outputs_after(const SlideModel *model, SlideSeen *node) {
     return values;
 }
 
-/* What the last forecast missed would change the outputs so much: in a phase whose outputs under the newest
- * sample, in model->taken, are in model->given. */
-static bool judge(const SlideModel *model, SlideState *state, SlideSeen *node) {
+/* What the last forecast missed would change the outputs so much. */
+static bool judge(const SlideModel *model, SlideState *state, SlideNetworkState *between,
+                  const double *outputs) {
     for (size_t i = 0; i < model->n_inputs; ++i) {
         model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
     }
-    const float *values = outputs_after(model, node);
+    const float *values = outputs_after(model, between);
     for (size_t i = 0; values != NULL && i < model->n_outputs; ++i) {
-        slide_phases_judge(&state->ahead.forecast[i], (double)values[i] - model->given[i]);
+        slide_phases_judge(&state->ahead.forecast[i], (double)values[i] - outputs[i]);
     }
     return values != NULL;
 }
 
-/* Inputs that move: the newest sample, after what networks had seen a sample step ago. */
+/* Inputs that move: the newest sample, after the state that lies between those of phases that ended a sample
+ * step ago. */
 static bool reach_moving(const SlideModel *model, SlideState *state, size_t *place,
                          double *outputs) {
     const double now = slide_clock_time(&state->head->inner), spacing = model->step / N_GRID;
     const double first = floor((now - model->step) / spacing);
-    size_t nodes[N_NODES];
+    const SlideNetworkState *nodes[N_NODES];
+    SlideNetworkState between = model->between;
     double weights[N_NODES];
     weigh((now - model->step) / spacing - first, weights);
     for (size_t i = 0; i < N_NODES; ++i) {
         const double time = (first - 1 + (double)i) * spacing;
-        if (!slide_phases_reach(model, state, time, 0, &nodes[i])) {
+        size_t node;
+        if (!slide_phases_reach(model, state, time, 0, &node)) {
             return false;
         }
+        nodes[i] = &state->seen[node].predictor;
     }
+    model->predictor.family->blend(&model->predictor, nodes, weights, N_NODES, &between);
     slide_sample_newest(model, state);
-    memset(outputs, 0, model->n_outputs * sizeof *outputs);
-    for (size_t i = 0; i < N_NODES; ++i) {
-        const float *values = outputs_after(model, &state->seen[nodes[i]]);
-        if (values == NULL) {
-            return false;
-        }
-        for (size_t j = 0; j < model->n_outputs; ++j) {
-            outputs[j] += weights[i] * values[j];
-            model->given[j] = values[j];
-        }
+    const float *values = outputs_after(model, &between);
+    if (values == NULL) {
+        return false;
     }
-    if (state->head->known == 0 && !judge(model, state, &state->seen[nodes[N_NODES - 1]])) {
+    for (size_t i = 0; i < model->n_outputs; ++i) {
+        outputs[i] = values[i];
+    }
+    if (state->head->known == 0 && !judge(model, state, &between, outputs)) {
         return false;
     }
     /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */

@@ -127,6 +127,9 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
                                payload->n_inputs * sizeof(double));
     model->strays = slide_place(arena, model->n_redone, sizeof *model->strays);
     model->given = slide_place(arena, payload->n_outputs, sizeof(float));
+    if (slide_is_recurrent(model->predictor.family)) {
+        model->predictor.family->place_before(&model->between, &model->predictor, arena);
+    }
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

@@ -10,9 +10,9 @@
 bool slide_between_serves(const SlideModel *model, SlideState *state);
 
 /* Outputs at the present, scaled, to outputs [n_outputs], by a cubic through four of the phases that
- * divide a sample step evenly. Of inputs that move they are given by the sample that ends now, after what
- * networks had seen a sample step ago in these phases; of held ones by phases around the present, as if
- * inputs went on as they do now. In state->seen[*place] is the phase that ends last before the present, or of
+ * divide a sample step evenly. Of inputs that move they are given by the sample that ends now, after the
+ * state that lies between those of these phases a sample step ago; of held ones by phases around the present,
+ * as if inputs went on as they do now. In state->seen[*place] is the phase that ends last before the present, or of
  * held inputs first after it.
  * False when a result is not finite. */
 bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,

@@ -76,13 +76,15 @@ class Rules:
         if len(self.weights) > 0 and scores[-1] < 0.5 * least:
             best = len(scores) - 1
         if best == 0 and self.least_changes > 0:
-            best = self.smooth(np.array(errors[: self.n_scored]) ** 2)
+            before = errors[self.n_scored][0] ** 2 if len(errors) > self.n_scored else 0.0
+            best = self.smooth(np.array(errors[: self.n_scored]) ** 2, before)
         n_changes = sum(one[0] != 0 for one in errors[: self.n_scored])
         return best, best > 0 and n_changes >= self.least_changes
 
-    def smooth(self, squares: FloatArray) -> int:
+    def smooth(self, squares: FloatArray, before: float) -> int:
         """Which choice of a held input is far better than holding it but for up to two points,
-        which are kinks and no jumps? (points, choices); 0 for none."""
+        which are kinks and no jumps? (points, choices), and the squared change before; 0 for
+        none."""
         found = {}
         for index in range(1, len(self.weights) + 1):
             held, errors = squares[:, 0], squares[:, index]
@@ -92,7 +94,7 @@ class Rules:
             kept, kinks = np.split(order, [len(order) - n_kinks])
             of_kinks = max((held[k] for k in kinks if errors[k] > 0.25 * held[k]), default=0.0)
             rest = float(errors[kept].sum())
-            if rest < 0.05 * held[kept].sum() and of_kinks <= 4 * held[kept].max():
+            if rest < 0.05 * held[kept].sum() and of_kinks <= 4 * max(before, held[kept].max()):
                 found[index] = rest
         return min(found, key=lambda index: found[index]) if found else 0
 
@@ -161,10 +163,15 @@ def plain_ahead(
         if signal.angle == "cosine":
             ahead[i : i + 2] = turned(past[0][i : i + 2], change)
         else:
-            offset, scale = (getattr(surrogate.input_scaling, n)[i] for n in ("offset", "scale"))
-            low, high = min(past[0][i], offset - scale), max(past[0][i], offset + scale)
-            ahead[i] = min(max(past[0][i] + change, low), high)
+            ahead[i] = no_further(surrogate, i, past[0][i] + change, past[0][i])
     return ahead, moves
+
+
+def no_further(surrogate: Surrogate, index: int, value: float, *others: float) -> float:
+    """An input that no further leaves its range than others of its values do."""
+    scaling = surrogate.input_scaling
+    offset, scale = float(scaling.offset[index]), float(scaling.scale[index])
+    return float(np.clip(value, min(offset - scale, *others), max(offset + scale, *others)))
 
 
 HELD, MOVED, TOLD = range(3)
@@ -275,7 +282,9 @@ class Moving(Resampling):
             now[i] = MOVED if moved else HELD
             if moved and before[i] == HELD and not self.first_order:
                 self._tell_later(i)
-            before[i] = TOLD if before[i] == TOLD else now[i]
+            rested = not self.first_order and self.rows[-2][i] == self.rows[-1][i]
+            if before[i] != TOLD and not (before[i] == HELD and rested):
+                before[i] = now[i]
             if moved and not ends:
                 pair = slice(i, i + 1 + (signal.angle == "cosine"))
                 self.goal[pair] = goal[pair]
@@ -340,8 +349,10 @@ class Moving(Resampling):
         return found
 
     def _on_curve(self, step: int, index: int, time: float) -> tuple[float, ...]:
-        """On the polynomial through both ends of a step, and points before where it moved."""
+        """On the polynomial through both ends of a step, and points before where it moved; within
+        the range, if both ends are."""
         signal, (end, after) = self.surrogate.inputs[index], self._end(step)
+        ends = after[index], self.rows[step][index]
         times, rows = [end, self.begins[step]], [after, self.rows[step]]
         while len(times) < 4 and step > 0 and self.ways[step - 1][index] != HELD:
             step -= 1
@@ -355,7 +366,7 @@ class Moving(Resampling):
         change = np.polyval(coefficients, (time - end) / self.surrogate.window.step)
         if signal.angle == "cosine":
             return turned(after[index : index + 2], change)
-        return (after[index] + change,)
+        return (no_further(self.surrogate, index, after[index] + change, *ends),)
 
     def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What must be held to have the effect of the inputs between two times; and of those that
@@ -413,16 +424,17 @@ class Moving(Resampling):
         values, second = at(np.linspace(begin, end, 5)), np.array([1, -2, 1])
         bend = np.dot(second, values[::2])
         smooth, correction = True, -bend / 6
+        before = at(begin - h / 2 * np.arange(7))
         slopes = np.array([[-3, 0, 4, 0, -1], [1, 0, -4, 0, 3]]) @ values
         if self._end(first)[0] - self.begins[first] <= h / 4 + slack:
             of_second = np.dot([-1, 16, -30, 16, -1], values) / 18
             of_fourth = 14 / 45 * np.dot([1, -4, 6, -4, 1], values)
             rise = abs(values[-1] - values[0])
-            smooth = abs(of_fourth) <= max(0.25 * abs(of_second), 1e-5 * rise)
+            most = max(abs(np.dot(second, before[k : k + 3])) for k in (0, 2, 4))
+            smooth = abs(of_fourth) <= max(0.25 * abs(of_second), 5e-3 * most, 1e-5 * rise)
             correction = of_fourth - of_second
             slopes = np.array([[-25, 48, -36, 16, -3], [3, -16, 36, -48, 25]]) @ values / 3
         else:
-            before = at(begin - h / 2 * np.arange(7))
             bends = [abs(np.dot(second, before[k : k + 3])) for k in (0, 2, 4)]
             smooth = abs(bend) <= 2 * max(*bends, 1e-5 * abs(values[-1] - values[0]))
         begins, ends = slopes / 12

@@ -115,6 +115,20 @@ def test_held_inputs_that_move_smoothly_go_on_between_communication_points(
         assert np.any(ways == HELD)
 
 
+@pytest.mark.parametrize("length", [1, 1 / 2])
+@pytest.mark.parametrize("width", [6, 7, 8])
+def test_short_pulse_of_a_held_input_leaves_its_rests_as_they_are(
+    load: Load, width: int, length: float
+) -> None:
+    """It turns out to be smooth when it is over; the long rest before it did not move."""
+    surrogate = random_surrogate(SHAPES["cell"])
+    native = load(surrogate).instance(held=False).start()
+    pulse = np.sin(np.pi * np.arange(width) / width)
+    rows = np.zeros((60, 2))
+    rows[20 : 20 + width] = 0.4 * pulse[:, None]
+    agrees(native, PlainPhases(surrogate), [length] * len(rows), rows)
+
+
 @pytest.mark.parametrize("parts", [2, 3, 5, 10])
 @both_holds
 def test_parts_of_a_step_give_the_whole_window_of_a_network_that_forgets(

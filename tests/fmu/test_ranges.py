@@ -11,6 +11,7 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.moving_inputs import forecasting
 from tests.fmu.native import OK, Load, Loaded
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
@@ -47,6 +48,16 @@ def test_one_input_out_of_range_counts_until_the_memory_has_lost_it(
     assert flags(loaded, rows) == expected
     assert flags(loaded, -rows + 1) == expected
     assert loaded.surrogate.inputs_in_range(rows[:, None]).tolist() == expected
+
+
+@pytest.mark.parametrize("length", [0.3, 0.7])
+def test_curve_through_points_at_the_limit_does_not_leave_the_range(
+    load: Load, length: float
+) -> None:
+    """Samples lie between communication points: an input that saturates has a kink there."""
+    shape = Shape(n_in=6, n_out=2, cell=CellShape(), hold="first_order")
+    rows = np.clip(0.5 + 6 * np.sin(0.2 * length * np.arange(200)), -2.5, 3.5)
+    assert all(flags(load(forecasting(wide_surrogate(shape))), rows, length))
 
 
 def test_first_input_out_of_range_counts_as_held_before(load: Load) -> None:

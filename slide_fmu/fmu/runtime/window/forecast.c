@@ -4,6 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Inputs that differ by less, in parts of their range, are the same: importers round what they interpolate. */
+static const double ROUNDING = 1e-9;
+
 static const double PI = 3.14159265358979323846;
 static const double BETTER = 0.5; /* of another mean square error */
 
@@ -158,6 +161,20 @@ static void push(const SlideForecast *forecast, double change, double *channel) 
     channel[0] = 0;
 }
 
+static bool differs(const SlideForecast *forecast, size_t input, double one, double other) {
+    return fabs(one - other) > ROUNDING * (forecast->high[input] - forecast->low[input]);
+}
+
+bool slide_forecast_differ(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                           const double *some, const double *others) {
+    for (size_t i = 0; i < shape->n_inputs; ++i) {
+        if (differs(forecast, i, some[i], others[i])) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* How an input, or the angle of a director, went on. */
 static double change_to(bool of_angle, const double *from, const double *to) {
     return of_angle ? atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1])
@@ -192,7 +209,10 @@ static void add_point(const SlideForecast *forecast, const SlideHistoryShape *sh
     for (size_t input = 0; input < shape->n_inputs; ++input) {
         const bool of_angle = shape->cosine[input];
         double *errors = state->errors + input * n * forecast->n_scored;
-        const double change = change_to(of_angle, state->latest + input, inputs + input);
+        const bool changes = forecast->least_changes == 0 ||
+                             differs(forecast, input, state->latest[input], inputs[input]);
+        const double change =
+            changes ? change_to(of_angle, state->latest + input, inputs + input) : 0;
         for (size_t i = 0; scores && i < n; ++i) {
             const double error = change - state->changes[input * n + i];
             errors[i * forecast->n_scored + place] = error * error;
@@ -203,7 +223,10 @@ static void add_point(const SlideForecast *forecast, const SlideHistoryShape *sh
     memcpy(state->latest, inputs, shape->n_inputs * sizeof *inputs);
     *state->scored += scores;
     for (size_t i = 0; forecast->least_changes > 0 && i < shape->n_inputs; ++i) {
-        state->values[i * SLIDE_LOOKED + *state->scored % SLIDE_LOOKED] = inputs[i];
+        double *values = state->values + i * SLIDE_LOOKED;
+        const double before = values[(*state->scored + SLIDE_LOOKED - 1) % SLIDE_LOOKED];
+        values[*state->scored % SLIDE_LOOKED] =
+            differs(forecast, i, before, inputs[i]) ? inputs[i] : before;
     }
 }
 
@@ -252,9 +275,11 @@ static double sum_of(const double *values, size_t count) {
 }
 
 /* Is a choice far better than holding the input, but for up to two points at which it was not? One kink counts for
- * more than all points of a smooth input besides. A jump is no kink: the input changes there more than elsewhere. */
-static bool is_smooth(size_t n, const double *held, const double *errors, double *rest) {
-    double of_held = sum_of(held, n), of_kept = 0, of_kinks = 0;
+ * more than all points of a smooth input besides. A jump is no kink: the input changes there more than elsewhere,
+ * also than before the first of these points. */
+static bool is_smooth(size_t n, double before, const double *held, const double *errors,
+                      double *rest) {
+    double of_held = sum_of(held, n), of_kept = before * before, of_kinks = 0;
     size_t kinks[N_KINKS] = {n, n};
     *rest = sum_of(errors, n);
     for (size_t k = 0; k < N_KINKS; ++k) {
@@ -295,8 +320,14 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
         best = n - 1;
     }
     for (size_t i = 1; best == 0 && forecast->least_changes > 0 && i + 1 < n; ++i) {
+        const double *values = state->values + input * SLIDE_LOOKED;
+        const uint64_t first = *state->scored + SLIDE_LOOKED - n_scored;
+        const double before =
+            *state->scored > n_scored
+                ? values[first % SLIDE_LOOKED] - values[(first - 1) % SLIDE_LOOKED]
+                : 0;
         double rest;
-        if (is_smooth(n_scored, errors, errors + i * n_scored, &rest) && rest < least_rest) {
+        if (is_smooth(n_scored, before, errors, errors + i * n_scored, &rest) && rest < least_rest) {
             least_rest = rest;
             best = i;
         }

@@ -51,6 +51,10 @@ void slide_forecast_copy(const SlideForecastState *from, SlideForecastState *to)
 void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
                         const SlideHistory *history, SlideForecastState *state);
 
+/* Are some inputs [n_inputs] others than these, but for rounding? */
+bool slide_forecast_differ(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                           const double *some, const double *others);
+
 /* Does any input go from some values to others faster than any did in the training: in a time (s)
  * further than there in as much of a sample step, and not by a little only? Where they jumped in the
  * training, they may go at once as far as there in a sample step. */

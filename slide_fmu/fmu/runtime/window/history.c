@@ -10,6 +10,9 @@ static const double SLACK = 1e-6; /* in sample steps */
 /* Largest ratio of the fourth to the second order of a smooth input; of a sine it is 0.03 (w h)^2. */
 static const double SMOOTH = 0.25;
 
+/* Largest ratio of the fourth order to the bend of a sample before, where the second one passes zero. */
+static const double SMOOTH_OF_MOST = 5e-3;
+
 /* Of what an input changes by in a sample: a straight line bends so much by rounding. */
 static const double SLIGHT = 1e-5;
 
@@ -20,14 +23,14 @@ enum {
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       uint32_t steps_per_sample, bool first_order,
-                                      const bool *cosine) {
+                                      const bool *cosine, const double *low, const double *high) {
     /* a phase may end so many samples ago; held ones get something from one before and bend on */
     const uint64_t read = (uint64_t)n_samples + 2 + (first_order ? 0 : 1 + N_BENDS);
     const uint64_t capacity = ((uint64_t)steps_per_sample + 1) * read;
     const double shortest = 2 * sample_step / steps_per_sample;
     const double reach = (double)read * sample_step;
     return (SlideHistoryShape){n_inputs,    capacity, shortest,    SLACK * sample_step,
-                               sample_step, reach,    first_order, cosine};
+                               sample_step, reach,    first_order, cosine, low, high};
 }
 
 static size_t step_size(const SlideHistoryShape *shape) {
@@ -215,7 +218,7 @@ static uint64_t oldest(const SlideReader *reader) {
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history) {
     uint64_t newest = *history->count - 1;
-    return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0], false};
+    return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0], false, 1};
 }
 
 static const double *step_read(const SlideReader *reader) {
@@ -316,7 +319,8 @@ static double behind_on_curve(const SlideReader *reader, size_t input, Curve *cu
     return sum;
 }
 
-/* One input, or both of a director, in the step read last, in which it moves. */
+/* One input, or both of a director, in the step read last, in which it moves. A curve through a point at the end
+ * of the range does not lead out of it. */
 static void on_curve(const SlideReader *reader, size_t input, Curve *curve, double *inputs) {
     const double *end = inputs_after(reader, reader->at) + input;
     const double behind = behind_on_curve(reader, input, curve);
@@ -325,7 +329,9 @@ static void on_curve(const SlideReader *reader, size_t input, Curve *curve, doub
         inputs[0] = c * first + s * end[1];
         inputs[1] = c * end[1] - s * first;
     } else {
-        inputs[0] = end[0] - behind;
+        const double begin = step_read(reader)[1 + input];
+        inputs[0] = within(end[0] - behind, fmin(fmin(begin, end[0]), reader->shape->low[input]),
+                           fmax(fmax(begin, end[0]), reader->shape->high[input]));
     }
 }
 
@@ -416,19 +422,17 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
     return course;
 }
 
-/* Does an input bend in a sample no more than twice as much as in those before? Else it may have a
- * kink. */
-static bool bends_on(const SlideReader *reader, size_t input, double begin, double end,
-                     double bend, double rise) {
+/* How much does an input bend in one of the samples before, at most? */
+static double most_before(const SlideReader *reader, size_t input, double begin, double end) {
     const double half = 0.5 * (end - begin);
-    double after = moving_at(reader, input, begin), most = SLIGHT * fabs(rise);
+    double after = moving_at(reader, input, begin), most = 0;
     for (int age = 1; age <= N_BENDS; ++age) {
         const double middle = moving_at(reader, input, begin - (2 * age - 1) * half);
         const double before = moving_at(reader, input, begin - 2 * age * half);
         most = fmax(most, fabs(before - 2 * middle + after));
         after = before;
     }
-    return fabs(bend) <= 2 * most;
+    return most;
 }
 
 /* What must be held for a sample to have the effect of an input that moves in all of it. A hold makes
@@ -442,7 +446,8 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
     const double middle = moving_at(reader, input, begin + 2 * quarter);
     const double bend = first - 2 * middle + last;
     double correction = -bend / 6;
-    bool smooth = bends_on(reader, input, begin, end, bend, last - first);
+    const double most = most_before(reader, input, begin, end), slight = SLIGHT * fabs(last - first);
+    bool smooth = fabs(bend) <= 2 * fmax(most, slight); /* else it may have a kink */
     edges[0] = (4 * middle - 3 * first - last) / 12;
     edges[1] = (3 * last - 4 * middle + first) / 12;
     if (step_read(reader)[0] <= quarter + reader->shape->slack) {
@@ -450,7 +455,7 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
         const double after = moving_at(reader, input, end - quarter);
         const double fourth = 14 * (first - 4 * before + 6 * middle - 4 * after + last) / 45;
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
-        smooth = fabs(fourth) <= fmax(SMOOTH * fabs(second), SLIGHT * fabs(last - first));
+        smooth = fabs(fourth) <= fmax(fmax(SMOOTH * fabs(second), SMOOTH_OF_MOST * most), slight);
         correction = smooth ? fourth - second : correction;
         edges[0] = (48 * before - 25 * first - 36 * middle + 16 * after - 3 * last) / 36;
         edges[1] = (25 * last - 48 * after + 36 * middle - 16 * before + 3 * first) / 36;
@@ -467,7 +472,7 @@ static void sample_of(const SlideReader *reader, size_t input, double begin, dou
     double held = course.mean, corrected = 0, edges[2] = {0, 0};
     const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected, edges);
     acting->inputs[input] = smooth ? held : course.mean;
-    acting->corrected[input] = smooth ? corrected : held - course.mean;
+    acting->corrected[input] = smooth ? reader->doubted * corrected : held - course.mean;
     for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
         acting->moments[order * reader->shape->n_inputs + input] = smooth ? 0 : course.moments[order];
     }

@@ -18,6 +18,7 @@ typedef struct {
     bool first_order;  /* all inputs move within all steps; else each may be held in some */
     const bool *cosine; /* [n_inputs]: this input and the next are cosine and sine of an angle, a
                            director: it turns at a constant rate */
+    const double *low, *high; /* [n_inputs], the range */
 } SlideHistoryShape;
 
 /* Is an input held in a step, or with first_order on a straight line; does it seem to move smoothly;
@@ -38,7 +39,7 @@ typedef struct {
  * in a sample step. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
                                       uint32_t steps_per_sample, bool first_order,
-                                      const bool *cosine);
+                                      const bool *cosine, const double *low, const double *high);
 
 /* The steps are the last thing placed and have this size in bytes. */
 size_t slide_history_steps_size(const SlideHistoryShape *shape);
@@ -109,6 +110,7 @@ typedef struct {
     uint64_t at;  /* the step read last */
     double begin; /* s, its start; the present, the end of the newest step, is 0 */
     bool straight; /* do held inputs that move do so on lines, of which samples are the means? */
+    double doubted; /* part of the corrections of inputs that move which may be wrong */
 } SlideReader;
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
@@ -128,8 +130,9 @@ enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS + 2 };
 /* What acts on the networks in a sample, [n_inputs] each. */
 typedef struct {
     double *inputs;    /* physical */
-    double *corrected; /* of an input that moves: how much of it is a correction, or, where it may have a
-                          kink, how much more it would be if it had none; else 0 */
+    double *corrected; /* of an input that moves: how much of it may be wrong, which is a part of its
+                          correction (SlideReader.doubted), or, where it may have a kink, how much more it
+                          would be if it had none; else 0 */
     double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s^n over the
                           sample, s = (t - middle) / h, n = 1, 2, ..: how much later than their mean they
                           come, how far apart, ..; else 0 */

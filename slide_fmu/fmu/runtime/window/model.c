@@ -67,7 +67,8 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->others = (SlideSamplesShape){payload->n_inputs, apart ? model->samples.capacity : 0};
     model->history =
         slide_history_shape(payload->n_inputs, model->memory_length + model->n_unsettled,
-                            payload->step, steps_per_sample, payload->first_order, model->cosine);
+                            payload->step, steps_per_sample, payload->first_order, model->cosine,
+                            model->forecast.low, model->forecast.high);
 }
 
 static void place_undo(SlideModel *model, SlideArena *arena) {
@@ -109,8 +110,8 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     slide_parameters_place(&model->parameters, &payload->parameters, arena);
     slide_estimator_place(&model->estimator, payload, arena);
     slide_bound_place(&model->bound, payload, arena);
-    shape_past(model, payload, steps_per_sample);
     slide_forecast_place(&model->forecast, payload, arena);
+    shape_past(model, payload, steps_per_sample);
     model->at_step_end = payload->forecast.at_step_end;
     place_output_ranges(model, payload, arena);
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));

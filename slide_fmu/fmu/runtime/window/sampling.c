@@ -2,6 +2,7 @@
 
 #include "ranges.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Shares of the moments of a sample, in the one after it, in itself and in those before it; of the newest,
@@ -72,9 +73,8 @@ static void bend(const SlideModel *model, uint64_t age) {
     }
 }
 
-/* Physical samples become those that networks see. A hold can have the effect of a moving input in a
- * sample up to the order of (w h)^2 (w0 h)^2, with w0 of the system: so much of a correction may be wrong.
- * So the companion of the bound sees it twice: the disagreement shows what that does to the outputs. */
+/* Physical samples become those that networks see. The companion of the bound sees besides what may be wrong
+ * in them: the disagreement shows what that does to the outputs. */
 static void scale(const SlideModel *model, uint64_t count) {
     for (uint64_t age = 0; age < count; ++age) {
         double *inputs = model->taken + age * model->n_inputs;
@@ -92,6 +92,14 @@ static bool strays(const SlideModel *model, const double *inputs) {
     return !slide_in_range(model->inputs, model->n_inputs, model->cosine);
 }
 
+/* A hold can have the effect of a moving input in a sample up to the order of (w h)^2 (w0 h)^2, with w0 of the
+ * system: of a correction, which is of the order of (w h)^2, about (w0 h)^2 may be wrong. Where w0 h is 0.4 the
+ * doubt is 0.74; a part of 0.1 is needed there for sines, a quarter where most is a forecast. */
+static double doubted(const SlideBound *bound) {
+    const double part = 0.6 * bound->doubt;
+    return fmin(part * part, 1);
+}
+
 /* Where what acts in a sample of an age comes to. */
 static SlideActing acting_at(const SlideModel *model, uint64_t age) {
     const size_t n_inputs = model->n_inputs, place = (size_t)age * n_inputs;
@@ -106,6 +114,7 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
     const size_t n_inputs = model->n_inputs, row = n_inputs * sizeof(double);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     reader.straight = state->head->known != 0;
+    reader.doubted = doubted(&model->bound);
     for (uint64_t left = n_read; left-- > 0;) {
         const SlideActing acting = acting_at(model, left);
         if (left < n_fresh) {

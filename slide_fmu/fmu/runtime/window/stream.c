@@ -120,9 +120,17 @@ static void move_told(const SlideModel *model, SlideState *state) {
     }
 }
 
+/* Did a held input rest in the step before the newest one? */
+static bool rested(const SlideModel *model, const SlideState *state, size_t input) {
+    return !model->history.first_order &&
+           slide_history_before(&model->history, &state->history)[1 + input] ==
+               slide_history_newest(&model->history, &state->history)[1 + input];
+}
+
 /* Which inputs move smoothly in the newest step, as far as can be told, and did in the one before it,
- * now that its end is known: those that a forecast serves better than holding them. An angle of
- * held inputs is held, unless its derivative is told. */
+ * now that its end is known: those that a forecast serves better than holding them. One that rested there
+ * has not begun to: this may be a long rest. An angle of held inputs is held, unless its derivative is
+ * told. */
 static void tell_moving(const SlideModel *model, SlideState *state) {
     unsigned char *moved = slide_history_moved(&model->history, &state->history, 0);
     unsigned char *before = slide_history_moved(&model->history, &state->history, 1);
@@ -132,7 +140,9 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
         moved[i] = may && slide_forecast_moves(&model->forecast, &state->forecast, i)
                        ? SLIDE_MOVED
                        : SLIDE_HELD;
-        before[i] = before[i] == SLIDE_TOLD ? SLIDE_TOLD : moved[i];
+        if (before[i] != SLIDE_TOLD && (before[i] != SLIDE_HELD || !rested(model, state, i))) {
+            before[i] = moved[i];
+        }
         i += model->cosine[i];
     }
 }
@@ -149,7 +159,7 @@ static void doubt(const SlideModel *model, SlideState *state) {
     const double *to = ends ? state->history.end : step + 1;
     const double length = ends ? state->head->last_length : state->head->length_before;
     const bool coarse = length > model->step * (1 + LONGER) &&
-                        memcmp(from, to, model->n_inputs * sizeof *from) != 0;
+                        slide_forecast_differ(&model->forecast, shape, from, to);
     const bool held = !shape->first_order, known_held = held && state->head->known != 0;
     const bool hides = held && !known_held &&
                        slide_forecast_hides(&model->forecast, &state->forecast, model->n_inputs);

@@ -341,6 +341,8 @@ class Moving(Resampling):
             if self.ways[step][i] != HELD:
                 pair = slice(i, i + 1 + (signal.angle == "cosine"))
                 found[pair] = self._on_curve(step, i, time)
+                if signal.angle is None:
+                    found[i] = no_further(self.surrogate, i, found[i], row[i], after[i])
             elif self.first_order and signal.angle == "cosine":
                 z = np.stack([row, after])[:, i : i + 2]
                 found[i : i + 2] = plain_arc(time, np.array([begin, end]), z)
@@ -349,10 +351,8 @@ class Moving(Resampling):
         return found
 
     def _on_curve(self, step: int, index: int, time: float) -> tuple[float, ...]:
-        """On the polynomial through both ends of a step, and points before where it moved; within
-        the range, if both ends are."""
+        """On the polynomial through both ends of a step, and points before where it moved."""
         signal, (end, after) = self.surrogate.inputs[index], self._end(step)
-        ends = after[index], self.rows[step][index]
         times, rows = [end, self.begins[step]], [after, self.rows[step]]
         while len(times) < 4 and step > 0 and self.ways[step - 1][index] != HELD:
             step -= 1
@@ -366,7 +366,7 @@ class Moving(Resampling):
         change = np.polyval(coefficients, (time - end) / self.surrogate.window.step)
         if signal.angle == "cosine":
             return turned(after[index : index + 2], change)
-        return (no_further(self.surrogate, index, after[index] + change, *ends),)
+        return (after[index] + change,)
 
     def _held(self, begin: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What must be held to have the effect of the inputs between two times; and of those that

@@ -52,6 +52,7 @@ OF_NETWORKS = {
 estimate."""
 
 NAMES = (*SHAPES, *OF_NETWORKS)
+CRANK = Path(__file__).parents[2] / "fmus" / "slider_crank" / "slider_crank.fmu"
 DUFFING = Path(__file__).parents[2] / "fmus" / "duffing" / "duffing.fmu"
 BLOCKS = (2, 5)
 TOLERANCE = 1e-4
@@ -199,6 +200,19 @@ def test_bound_of_forecast_inputs_adds_what_forecasts_changed(
         expected.append(np.hypot(without[-1], 2.0 * np.sqrt(lately) * scale))
     np.testing.assert_allclose(found, expected, rtol=10 * TOLERANCE)
     assert not np.allclose(found, without, rtol=0.01)
+
+
+def test_bound_knows_of_a_kink_at_the_next_call(load: Load) -> None:
+    """Not a sample later, when the phase in which the forecast was wrong comes again."""
+    surrogate, parts = read_fmu(CRANK)[0], 4
+    native, found = load(surrogate).instance().start(), []
+    times = surrogate.window.step / parts * np.arange(2000)
+    turned = np.sin(0.3 * times) + 1.5 * np.maximum(times - times[1900], 0)
+    for angle in turned[:1903]:
+        assert native.set(np.cos(angle), np.sin(angle)) == OK
+        assert native.do_step(native.time(), surrogate.window.step / parts) == OK
+        found += native.get(*places(surrogate, "ERROR_BOUND"))
+    assert found[1901] > 4 * found[1900]
 
 
 def test_bound_grows_where_held_inputs_change_within_a_sample(load: Load) -> None:

@@ -1,5 +1,6 @@
 #include "between.h"
 
+#include "missed.h"
 #include "phases.h"
 #include "sampling.h"
 
@@ -91,35 +92,6 @@ static bool reach_held(const SlideModel *model, SlideState *state, size_t *place
     return done;
 }
 
-/* What a network gives after the sample in model->taken, which its state does not keep [n_outputs]; NULL
- * when a result is not finite. */
-static const float *outputs_after(const SlideModel *model, SlideNetworkState *state) {
-    const SlideNetwork *network = &model->predictor;
-    if (!slide_network_see(network, state, 0, model->taken, model->taken + model->n_inputs)) {
-        return NULL;
-    }
-    const float *values = network->family->evaluate(network, model->kernel, state, 0);
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        if (!isfinite(values[i])) {
-            return NULL;
-        }
-    }
-    return values;
-}
-
-/* What the last forecast missed would change the outputs so much. */
-static bool judge(const SlideModel *model, SlideState *state, SlideNetworkState *between,
-                  const double *outputs) {
-    for (size_t i = 0; i < model->n_inputs; ++i) {
-        model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
-    }
-    const float *values = outputs_after(model, between);
-    for (size_t i = 0; values != NULL && i < model->n_outputs; ++i) {
-        slide_phases_judge(&state->ahead.forecast[i], (double)values[i] - outputs[i]);
-    }
-    return values != NULL;
-}
-
 /* Inputs that move: the newest sample, after the state that lies between those of phases that ended a sample
  * step ago. */
 static bool reach_moving(const SlideModel *model, SlideState *state, size_t *place,
@@ -140,14 +112,8 @@ static bool reach_moving(const SlideModel *model, SlideState *state, size_t *pla
     }
     model->predictor.family->blend(&model->predictor, nodes, weights, N_NODES, &between);
     slide_sample_newest(model, state);
-    const float *values = outputs_after(model, &between);
-    if (values == NULL) {
-        return false;
-    }
-    for (size_t i = 0; i < model->n_outputs; ++i) {
-        outputs[i] = values[i];
-    }
-    if (state->head->known == 0 && !judge(model, state, &between, outputs)) {
+    if (!slide_missed_outputs(model, &between, outputs) ||
+        (state->head->known == 0 && !slide_missed_judge(model, state, &between, outputs))) {
         return false;
     }
     /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */

@@ -43,6 +43,9 @@ enum { N_KINKS = 2 };
 static const double LINE_AND_PARABOLA[] = {-1, 0, -3, 1};
 enum { N_OF_HELD = 2, N_PAST_OF_HELD = 2, N_SCORED_OF_HELD = 12, MOST_OF_SCORED = 8 };
 
+/* Square of what all forecasts missed over its mean before; less than a part of the range does not count. */
+static const double SURPRISE = 9, SURPRISE_OF_RANGE = 1e-6;
+
 /* The first change of an input that moves after a rest, over the next one: more is a jump. */
 static const double MOST_AT_FIRST = 1.5;
 
@@ -498,6 +501,29 @@ bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastStat
         changes += held[i] > 0;
     }
     return changes >= forecast->least_changes && best_of(forecast, state, input) > 0;
+}
+
+bool slide_forecast_surprised(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                              const SlideForecastState *state) {
+    const size_t n_scored = forecast->n_scored;
+    const size_t newest = (size_t)((*state->scored + n_scored - 1) % n_scored);
+    for (size_t i = 0; n_scored > 1 && i < shape->n_inputs; ++i) {
+        const double *errors = state->errors + i * n_choices(forecast) * n_scored;
+        const double range = shape->cosine[i] ? 2 : forecast->high[i] - forecast->low[i];
+        const double least = SURPRISE_OF_RANGE * SURPRISE_OF_RANGE * range * range;
+        double smallest = DBL_MAX, usual = DBL_MAX;
+        for (size_t k = 0; k < n_choices(forecast); ++k) {
+            const double of_newest = errors[k * n_scored + newest];
+            smallest = fmin(smallest, of_newest);
+            usual = fmin(usual, (sum_of(errors + k * n_scored, n_scored) - of_newest) /
+                                    (double)(n_scored - 1));
+        }
+        if (smallest > fmax(SURPRISE * usual, least)) {
+            return true;
+        }
+        i += shape->cosine[i];
+    }
+    return false;
 }
 
 void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shape,

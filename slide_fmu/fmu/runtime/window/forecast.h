@@ -89,6 +89,10 @@ bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastSt
 bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
                           size_t input);
 
+/* Did an input that moves go further from what was forecast than at the points before, by far? */
+bool slide_forecast_surprised(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                              const SlideForecastState *state);
+
 /* The inputs expected a time H after the newest point. The candidate whose forecasts of the last
  * n_scored inputs were the best makes it, if their mean square error is below half of that of the
  * held value; else the value is held. The cubic through the last four inputs makes it where its

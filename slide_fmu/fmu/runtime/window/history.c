@@ -319,8 +319,7 @@ static double behind_on_curve(const SlideReader *reader, size_t input, Curve *cu
     return sum;
 }
 
-/* One input, or both of a director, in the step read last, in which it moves. A curve through a point at the end
- * of the range does not lead out of it. */
+/* One input, or both of a director, in the step read last, in which it moves. */
 static void on_curve(const SlideReader *reader, size_t input, Curve *curve, double *inputs) {
     const double *end = inputs_after(reader, reader->at) + input;
     const double behind = behind_on_curve(reader, input, curve);
@@ -329,9 +328,7 @@ static void on_curve(const SlideReader *reader, size_t input, Curve *curve, doub
         inputs[0] = c * first + s * end[1];
         inputs[1] = c * end[1] - s * first;
     } else {
-        const double begin = step_read(reader)[1 + input];
-        inputs[0] = within(end[0] - behind, fmin(fmin(begin, end[0]), reader->shape->low[input]),
-                           fmax(fmax(begin, end[0]), reader->shape->high[input]));
+        inputs[0] = end[0] - behind;
     }
 }
 
@@ -353,6 +350,10 @@ void slide_history_at(SlideReader *reader, double time, double *inputs) {
     for (size_t i = 0; i < shape->n_inputs;) {
         if (has_moved(reader, reader->at, i)) {
             on_curve(reader, i, &curve, inputs + i);
+            if (!shape->cosine[i]) { /* through a point at the end of its range it does not leave this */
+                inputs[i] = within(inputs[i], fmin(fmin(begin[i], end[i]), shape->low[i]),
+                                   fmax(fmax(begin[i], end[i]), shape->high[i]));
+            }
             i += 1 + shape->cosine[i];
         } else if (shape->first_order) {
             i += between(shape, i, begin, end, left, inputs);

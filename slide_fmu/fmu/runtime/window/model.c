@@ -131,6 +131,7 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     if (slide_is_recurrent(model->predictor.family)) {
         model->predictor.family->place_before(&model->between, &model->predictor, arena);
     }
+    model->missing = slide_place(arena, payload->n_outputs, sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

@@ -97,7 +97,8 @@ typedef struct {
     double *taken;     /* scratch [n_redone + 1][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
     float *given;      /* scratch [n_outputs]: what a network gave before, scaled */
-    double *candidate; /* scratch [n_outputs]: outputs between phases, scaled */
+    double *missing;   /* scratch [n_outputs]: outputs if a forecast misses as much as the last one, scaled */
+    double *candidate; /* scratch [n_outputs]: outputs at the present, scaled */
     SlideNetworkState between; /* scratch: a state between phases, of recurrent families */
     const SlideKernel *kernel;
     char guid[48];

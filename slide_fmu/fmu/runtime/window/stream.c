@@ -1,6 +1,7 @@
 #include "stream.h"
 
 #include "between.h"
+#include "missed.h"
 #include "phases.h"
 #include "ranges.h"
 #include "sampling.h"
@@ -298,11 +299,14 @@ void slide_stream_set_again(const SlideModel *model, SlideState *state, const do
  * model->candidate. */
 static bool reach(const SlideModel *model, SlideState *state) {
     size_t place = 0;
-    const bool done =
+    bool done =
         state->head->between
             ? slide_between_reach(model, state, &place, model->candidate)
             : slide_phases_reach(model, state, slide_clock_time(&state->head->inner), 0, &place);
     state->head->now = place;
+    if (done && !state->head->between && state->head->n_phases > 1) {
+        done = slide_missed_surprise(model, state);
+    }
     if (model->n_unsettled > 0) {
         memcpy(state->ahead.forecast, slide_now(state)->revised,
                model->n_outputs * sizeof(double));

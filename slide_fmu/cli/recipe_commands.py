@@ -143,8 +143,9 @@ def init(
         typer.Option(
             "--jumps",
             help="Inputs that move also jump, at any time, as with switches, valves and emergency "
-            "stops: the training, the model and the error bound see such jumps. Default: they "
-            "do not.",
+            "stops: the training, the model and the error bound see such jumps. Inputs that "
+            "jump where the importer sets them are better with --hold zero_order. Default: "
+            "they do not.",
         ),
     ] = False,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,

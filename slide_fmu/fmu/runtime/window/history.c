@@ -446,7 +446,7 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
     const double first = moving_at(reader, input, begin), last = moving_at(reader, input, end);
     const double middle = moving_at(reader, input, begin + 2 * quarter);
     const double bend = first - 2 * middle + last;
-    double correction = -bend / 6;
+    double correction = -bend / 6, part = 1;
     const double most = most_before(reader, input, begin, end), slight = SLIGHT * fabs(last - first);
     bool smooth = fabs(bend) <= 2 * fmax(most, slight); /* else it may have a kink */
     edges[0] = (4 * middle - 3 * first - last) / 12;
@@ -458,11 +458,12 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
         smooth = fabs(fourth) <= fmax(fmax(SMOOTH * fabs(second), SMOOTH_OF_MOST * most), slight);
         correction = smooth ? fourth - second : correction;
+        part = reader->doubted; /* else a sample may be a line from end to end, as of a table */
         edges[0] = (48 * before - 25 * first - 36 * middle + 16 * after - 3 * last) / 36;
         edges[1] = (25 * last - 48 * after + 36 * middle - 16 * before + 3 * first) / 36;
     }
     *held = middle + correction;
-    *corrected = correction;
+    *corrected = part * correction;
     return smooth;
 }
 
@@ -473,7 +474,7 @@ static void sample_of(const SlideReader *reader, size_t input, double begin, dou
     double held = course.mean, corrected = 0, edges[2] = {0, 0};
     const bool smooth = may && held_for(reader, input, begin, end, &held, &corrected, edges);
     acting->inputs[input] = smooth ? held : course.mean;
-    acting->corrected[input] = smooth ? reader->doubted * corrected : held - course.mean;
+    acting->corrected[input] = smooth ? corrected : held - course.mean;
     for (size_t order = 0; order < SLIDE_MOMENTS; ++order) {
         acting->moments[order * reader->shape->n_inputs + input] = smooth ? 0 : course.moments[order];
     }

@@ -110,7 +110,8 @@ typedef struct {
     uint64_t at;  /* the step read last */
     double begin; /* s, its start; the present, the end of the newest step, is 0 */
     bool straight; /* do held inputs that move do so on lines, of which samples are the means? */
-    double doubted; /* part of the corrections of inputs that move which may be wrong */
+    double doubted; /* part of the corrections of inputs that move which may be wrong, where four steps in
+                       a sample show how they do */
 } SlideReader;
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
@@ -130,9 +131,9 @@ enum { SLIDE_ACTING = 2 + SLIDE_MOMENTS + 2 };
 /* What acts on the networks in a sample, [n_inputs] each. */
 typedef struct {
     double *inputs;    /* physical */
-    double *corrected; /* of an input that moves: how much of it may be wrong, which is a part of its
-                          correction (SlideReader.doubted), or, where it may have a kink, how much more it
-                          would be if it had none; else 0 */
+    double *corrected; /* of an input that moves: how much of it may be wrong, which is its correction or
+                          a part of it (SlideReader.doubted), or, where it may have a kink, how much more
+                          it would be if it had none; else 0 */
     double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s^n over the
                           sample, s = (t - middle) / h, n = 1, 2, ..: how much later than their mean they
                           come, how far apart, ..; else 0 */

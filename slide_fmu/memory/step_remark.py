@@ -1,5 +1,4 @@
-"""A remark warns if a recipe's step changes the motion, loses some between samples, or wastes
-samples."""
+"""A remark warns if a recipe's step changes the motion, or loses some of it between samples."""
 
 from __future__ import annotations
 
@@ -18,10 +17,9 @@ from slide_fmu.systems.simulation import simulate
 FINER, FINE_SAMPLES = 4, 256
 """A step of the recipe is divided into the first number of parts, over the second number of
 samples."""
-COARSE, COARSER, WASTE = 0.1, 4, 0.005
-"""Limits of errors between samples, relative to the output's standard deviation: above the first,
-the step is too coarse. If samples at ``COARSER`` times the step stay below the last, the step
-wastes samples."""
+COARSE = 0.1
+"""Limit of errors between samples, relative to the output's standard deviation: above it, the step
+is too coarse."""
 SAME = 0.005
 """Outputs at the samples may differ by this fraction of their standard deviation where the system
 is simulated more finely."""
@@ -34,7 +32,7 @@ step."""
 
 
 def step_remark(case: Case) -> str | None:
-    """Say that a recipe's step is too coarse or wastes samples; None if it does neither.
+    """Say that a recipe's step is too coarse, or changes the motion; None if it does neither.
 
     The system is simulated more finely along a motion of the recipe, and at the recipe's step
     along the same. There is no remark if the system cannot be made with another step, or if its
@@ -57,18 +55,13 @@ def step_remark(case: Case) -> str | None:
             return other
     # inputs or their rates may jump at samples, and some outputs follow them at once
     errors = np.minimum(between_samples(outputs, FINER), after_jumps(outputs, FINER))
-    lost, rarer = np.max(errors), np.max(between_samples(outputs, FINER * COARSER))
+    lost = np.max(errors)
     if lost > COARSE:
         return (
             f"window.step = {step:g} s: between its samples {names[int(np.argmax(errors))]} "
             f"differs by {percent(lost)} of its standard deviation from a smooth curve through "
             f"them; expected at most {100 * COARSE:g} %: give a smaller step where what is "
             "between the samples counts"
-        )
-    if rarer < WASTE:
-        return (
-            f"window.step = {step:g} s: samples that are {COARSER} times rarer still show the "
-            f"outputs to {100 * rarer:.2g} %; a larger step makes data, training and FMU cheaper"
         )
     return None
 

@@ -112,7 +112,7 @@ def _memory(sizing: Sizing) -> tuple[bool, float]:
 
 
 def remark_on_step(case: Case) -> str | None:
-    """Say that a recipe's step is too coarse or wastes samples; else None.
+    """Say that a recipe's step is too coarse, or changes the motion; else None.
 
     Raises:
         SimulationError: the system could not be simulated.

@@ -16,6 +16,9 @@ from slide_fmu.validation.task import BEYOND, IN_RANGE
 MOST_NAMED = 3
 """Number of kinds of input that the verdict names as such to avoid."""
 
+EXAMPLES = 3
+"""So few motions of a kind are examples of it; their number is said."""
+
 LEARNT = "inputs as in the training"
 """The inputs in range, in words."""
 
@@ -140,8 +143,16 @@ def _usual_but_far(rows: Sequence[Row]) -> str:
     return f"Under {_some(found)} its error is usual, but the FMU is {FAR}." if found else ""
 
 
+def _few(row: Row) -> str:
+    """Say of how few motions a row is, if they are no more than examples."""
+    count = row.trajectories
+    return f", {count} motion{'s' if count > 1 else ''}" if count <= EXAMPLES else ""
+
+
 def _some(rows: Sequence[Row]) -> str:
     """Name the first kinds with their errors, and count the others."""
-    names = ", ".join(f"{named(row)} ({percent(row.error)})" for row in rows[:MOST_NAMED])
+    names = ", ".join(
+        f"{named(row)} ({percent(row.error)}{_few(row)})" for row in rows[:MOST_NAMED]
+    )
     rest = len(rows) - MOST_NAMED
     return f"{names} and {rest} more" if rest > 0 else names

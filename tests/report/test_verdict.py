@@ -62,6 +62,12 @@ def test_kinds_beyond_the_range_and_sums_of_kinds_are_not_named() -> None:
     assert avoid.startswith("Of the measured kinds of input none is to be avoided.")
 
 
+def test_kinds_of_which_few_motions_were_measured_say_how_many() -> None:
+    rows = [row("jumps", harmful=0.5, trajectories=2), row("steps", harmful=0.4, trajectories=1)]
+    _, _, avoid = verdict([row(), *rows])
+    assert "jumps (1 %, 2 motions), steps (1 %, 1 motion); there" in avoid
+
+
 def test_more_kinds_than_three_are_counted() -> None:
     rows = [row(f"kind {n}", harmful=0.9, silent=0.1 * n) for n in range(1, 6)]
     _, _, avoid = verdict([row(), *rows])

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from slide_fmu.recipe.recipe import Recipe
+if TYPE_CHECKING:  # the command line reads the seed without what a recipe needs
+    from slide_fmu.recipe.recipe import Recipe
 
 IN_RANGE, BEYOND, HELD_OUT = "in range", "beyond the range", "kinds that were held out"
 """Names of the groups of trajectories that a released FMU is measured on; its figures use them."""

@@ -10,6 +10,9 @@ static const double SLACK = 1e-6; /* in sample steps */
 /* Largest ratio of the fourth to the second order of a smooth input; of a sine it is 0.03 (w h)^2. */
 static const double SMOOTH = 0.25;
 
+/* The same of one whose corrections are doubted in part only: of a sine with five samples in a period or more. */
+static const double AS_A_SINE = 0.05;
+
 /* Largest ratio of the fourth order to the bend of a sample before, where the second one passes zero. */
 static const double SMOOTH_OF_MOST = 5e-3;
 
@@ -458,7 +461,8 @@ static bool held_for(const SlideReader *reader, size_t input, double begin, doub
         const double second = (16 * (before + after) - first - last - 30 * middle) / 18;
         smooth = fabs(fourth) <= fmax(fmax(SMOOTH * fabs(second), SMOOTH_OF_MOST * most), slight);
         correction = smooth ? fourth - second : correction;
-        part = reader->doubted; /* else a sample may be a line from end to end, as of a table */
+        /* else a sample may be a line from end to end, as of a table, or part of a pulse */
+        part = fabs(fourth) <= AS_A_SINE * fabs(second) ? reader->doubted : 1;
         edges[0] = (48 * before - 25 * first - 36 * middle + 16 * after - 3 * last) / 36;
         edges[1] = (25 * last - 48 * after + 36 * middle - 16 * before + 3 * first) / 36;
     }

@@ -56,7 +56,7 @@ def test_curve_through_points_at_the_limit_does_not_leave_the_range(
 ) -> None:
     """Samples lie between communication points: an input that saturates has a kink there."""
     shape = Shape(n_in=6, n_out=2, cell=CellShape(), hold="first_order")
-    rows = np.clip(0.5 + 6 * np.sin(0.2 * length * np.arange(200)), -2.5, 3.5)
+    rows = np.clip(0.5 + 3.3 * np.sin(0.05 * length * np.arange(300)), -2.5, 3.5)
     assert all(flags(load(forecasting(wide_surrogate(shape))), rows, length))
 
 

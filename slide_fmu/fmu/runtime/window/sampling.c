@@ -94,7 +94,7 @@ static bool strays(const SlideModel *model, const double *inputs) {
 
 /* A hold can have the effect of a moving input in a sample up to the order of (w h)^2 (w0 h)^2, with w0 of the
  * system: of a correction, which is of the order of (w h)^2, about (w0 h)^2 may be wrong. Where w0 h is 0.4 the
- * doubt is 0.74; a part of 0.1 is needed there for sines, a quarter where most is a forecast. */
+ * doubt is 0.74, and this part 0.2. */
 static double doubted(const SlideBound *bound) {
     const double part = 0.6 * bound->doubt;
     return fmin(part * part, 1);

@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 import torch
@@ -57,8 +58,9 @@ AT_RESOLUTION = -1.0 + 1e-6
 """A target eps up to this value lies at the resolution: any smaller estimate is right too."""
 
 
+@final
 class EstimatorModule(torch.nn.Module):
-    """An EstimatorModule evaluates one network along a sequence and gives its moving RMS. Final.
+    """An EstimatorModule evaluates one network along a sequence and gives its moving RMS.
 
     Args:
         network: gives eps, or the mean and eps, from features (B, n_samples, n_features).

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import final
+
 import numpy as np
 from numpy.typing import NDArray
 
 
+@final
 class Reader:
-    """A Reader takes little-endian values from bytes and never reads beyond their end. Final.
+    """A Reader takes little-endian values from bytes and never reads beyond their end.
 
     Every method that takes numbers raises a ValueError where too few bytes are left. The message
     has the number of bytes expected and left.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, final, runtime_checkable
 
 
 class Progress(Protocol):
@@ -48,9 +48,10 @@ def part_of(progress: Progress, name: str = "", at_most: bool = False) -> Progre
     return progress.part(name, at_most) if isinstance(progress, Divisible) else progress
 
 
+@final
 @dataclass(frozen=True)
 class Heard:
-    """A Heard passes progress on and calls a listener, or hides the error. Final.
+    """A Heard passes progress on and calls a listener, or hides the error.
 
     Attributes:
         shown: the progress that shows it, part by part.

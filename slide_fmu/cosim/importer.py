@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.export import FmuError
@@ -52,8 +52,9 @@ def _is_of_fmi_1(path: Path) -> bool:
     return found is not None
 
 
+@final
 class ImportedSlave:
-    """An ImportedSlave is an instance of an FMU; both standards have the same calls. Final.
+    """An ImportedSlave is an instance of an FMU; both standards have the same calls.
 
     A call that fails raises fmpy's ``FMICallException``. Times are in s; real variables have the
     type Real (Float64 in FMI 3.0).
@@ -92,8 +93,9 @@ class ImportedSlave:
             self.calls.enterInitializationMode()
 
 
+@final
 class ValueReader:
-    """A ValueReader gets variables of types Real (Float64) and Boolean, in one order. Final.
+    """A ValueReader gets variables of types Real (Float64) and Boolean, in one order.
 
     Args:
         references: value references of the variables.

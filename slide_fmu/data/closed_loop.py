@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -59,8 +60,9 @@ class Gains:
     rest: FloatArray
 
 
+@final
 class ClosedLoop:
-    """A ClosedLoop is a system with loops around it, each with a partner. Final.
+    """A ClosedLoop is a system with loops around it, each with a partner.
 
     Values inside are in SI units, and relative to the middles of the inputs and to the outputs
     there at rest.

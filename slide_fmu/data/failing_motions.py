@@ -6,7 +6,7 @@ Another draw takes the place of each failed motion, and a remark says so.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TypeVar, final
 
 from slide_fmu.data.draws import Draw, shortened
 from slide_fmu.systems.base import System
@@ -23,8 +23,9 @@ class TooManyFailuresError(SimulationError):
     """A system failed on more motions than are tolerated."""
 
 
+@final
 class Tolerance:
-    """A Tolerance counts motions that could not be simulated. Final.
+    """A Tolerance counts motions that could not be simulated.
 
     Attributes:
         share: part of all motions that may fail.
@@ -66,8 +67,9 @@ class Tolerance:
         )
 
 
+@final
 class Failing:
-    """Draws of motions on which the system fails are left out. Final.
+    """Draws of motions on which the system fails are left out.
 
     A motion is not simulated merely as a test until one has failed.
 

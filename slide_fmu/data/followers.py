@@ -8,7 +8,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeVar, final
 
 import numpy as np
 
@@ -72,8 +72,9 @@ class SystemAnswers:
     step: float
 
 
+@final
 class MovedMass(Follower):
-    """A MovedMass is moved by the output and by an outer force, by the trapezoidal rule. Final.
+    """A MovedMass is moved by the output and by an outer force, by the trapezoidal rule.
 
     Args:
         partner: mass, spring and damper.
@@ -127,8 +128,9 @@ class MovedMass(Follower):
         return np.asarray(force * (np.abs(outer).max() / farthest if farthest else 1.0))
 
 
+@final
 class DeformedSpring(Follower):
-    """A DeformedSpring with a damper is deformed by the output; its other end adds a force. Final.
+    """A DeformedSpring with a damper is deformed by the output; its other end adds a force.
 
     Args:
         partner: spring and damper.
@@ -156,8 +158,9 @@ class DeformedSpring(Follower):
         self._output = output
 
 
+@final
 class OwnModel(Follower):
-    """A OwnModel is a partner of the user, which steps with the system. Final.
+    """A OwnModel is a partner of the user, which steps with the system.
 
     One that can go back takes each step twice: first with the likely output, which shows its
     answer, then with that which came.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import zarr
@@ -26,9 +26,10 @@ FORMAT = 1
 """Stores of other formats are refused. The number rises when the fingerprint gets other keys."""
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Store:
-    """A Store is opened once, by ``open_store``, and then read and written by split. Final.
+    """A Store is opened once, by ``open_store``, and then read and written by split.
 
     Attributes:
         path: its folder.

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import zarr
@@ -51,9 +51,10 @@ class Split:
     parameters: FloatArray | None = None
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class StoredSplit:
-    """A StoredSplit reads and writes one split of a store. Final.
+    """A StoredSplit reads and writes one split of a store.
 
     Every method raises a StoreError where a file is damaged, and an OSError that names the store
     where it cannot be written.

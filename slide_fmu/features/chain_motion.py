@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -20,8 +20,9 @@ FIVE_POINTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}
 """Positions of the points in steps, and their weights; the sum is slope times step."""
 
 
+@final
 class ChainMotion(Features):
-    """The motion of a serial chain, and its loads; the inputs are set points of its joints. Final.
+    """The motion of a serial chain, and its loads; the inputs are set points of its joints.
 
     The joints follow their set points by a drive law. All signals are values at the end of the
     step, in SI units and in the axes of the base:

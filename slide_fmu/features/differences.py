@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from typing import final
 
 import numpy as np
 
@@ -14,8 +15,9 @@ MAX_DIFFERENCES = 2
 """Highest order of the differences."""
 
 
+@final
 class Differences(Features):
-    """The inputs and their backward differences. Final.
+    """The inputs and their backward differences.
 
     Signals: ``inputs``; from order 1 on ``changes``, u_k - u_(k-1); at order 2 ``second_changes``,
     the changes of the changes.

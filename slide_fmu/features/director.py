@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -20,8 +20,9 @@ FAR = math.pi / 2
 scaled."""
 
 
+@final
 class Director(Features):
-    """The motion of angles; each is given directly or by its cosine and sine. Final.
+    """The motion of angles; each is given directly or by its cosine and sine.
 
     Signals: ``direction``, cosine and sine of each angle, whatever the length of the input vector;
     ``turn``, the change of each angle in a step, in (-pi, pi] rad; ``turn_change``, the change

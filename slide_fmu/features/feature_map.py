@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,9 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.features.base import BEFORE, Features, PullBack
 
 
+@final
 class FeatureMap:
-    """A FeatureMap gives the input of a network: signals of a set, centred and scaled. Final.
+    """A FeatureMap gives the input of a network: signals of a set, centred and scaled.
 
     Args:
         features: the set.

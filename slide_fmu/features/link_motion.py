@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -21,8 +21,9 @@ class Frames(NamedTuple):
     rotations: FloatArray
 
 
+@final
 class LinkMotion:
-    """A LinkMotion holds the motion of one link at a time, in base axes. Final."""
+    """A LinkMotion holds the motion of one link at a time, in base axes."""
 
     def __init__(
         self,

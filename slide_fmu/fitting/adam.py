@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, final
 
 import torch
 
@@ -16,10 +16,11 @@ FIRST, SECOND = 0.9, 0.999
 """How slowly the means of gradients and of their squares change (Kingma and Ba, 2015)."""
 
 
+@final
 class AdamW:
     """AdamW moves parameters against means of their gradients (Loshchilov and Hutter, 2019).
 
-    Without weight decay it is Adam. Final.
+    Without weight decay it is Adam.
     """
 
     def __init__(

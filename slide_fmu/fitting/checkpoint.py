@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from pickle import UnpicklingError
-from typing import Any
+from typing import Any, final
 
 import torch
 
@@ -109,11 +109,11 @@ WRITE_EVERY = 1.0
 """The time is written again after this number of seconds."""
 
 
+@final
 class CpuTime:
     """A CpuTime counts the seconds of this process, on all its cores, starting from a file.
 
     The file is next to the checkpoint of its training. A damaged file raises a DamagedFileError.
-    Final.
     """
 
     def __init__(self, place: Path) -> None:

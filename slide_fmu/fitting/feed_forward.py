@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable
+from typing import final
 
 import numpy as np
 import torch
@@ -35,8 +36,9 @@ def activation(name: str) -> Callable[[torch.Tensor], torch.Tensor]:
     return FUSED.get(name) or (lambda values: ACTIVATIONS[name].value(values, torch))
 
 
+@final
 class FeedForwardModule(torch.nn.Module):
-    """A FeedForwardModule is a trainable network on a flattened window. Final.
+    """A FeedForwardModule is a trainable network on a flattened window.
 
     This is the paper's network (section "Feedforward networks (FFN)"), with a linear skip
     connection and a selection of samples as options.

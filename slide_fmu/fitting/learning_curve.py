@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import final
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
 from slide_fmu.data.store import open_store
@@ -26,8 +27,9 @@ FIRST_ITERATIONS, ITERATIONS = 20, 10
 """Largest number of iterations for the first point of the curve, and for each further one."""
 
 
+@final
 class LearningCurve:
-    """A LearningCurve belongs to a recipe with a state-space network, and to a store. Final.
+    """A LearningCurve belongs to a recipe with a state-space network, and to a store.
 
     Points are requested with rising numbers of trajectories. The first one fixes scalings and
     features for all, since errors in scaled units are comparable only with the same scale. An

@@ -6,7 +6,7 @@ The compiled library exports the functions of ``runtime/native/native.h`` in add
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +33,9 @@ TOGETHER, TOGETHER_BACK = 16, 8
 precision: in the C runtime (``record_kernel.h``) more of them at once are hardly faster."""
 
 
+@final
 class NativeSurrogate:
-    """A NativeSurrogate is a surrogate in the C runtime. Final.
+    """A NativeSurrogate is a surrogate in the C runtime.
 
     Args:
         surrogate: the surrogate to evaluate.

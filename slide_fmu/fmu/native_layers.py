@@ -4,6 +4,7 @@ sequence."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,9 @@ from slide_fmu.fmu.native_library import Handles, NativeError
 from slide_fmu.network.feed_forward.network import FeedForward
 
 
+@final
 class Layers:
-    """Layers run a feed-forward network in the C runtime. Final.
+    """Layers run a feed-forward network in the C runtime.
 
     Args:
         network: the network.

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -40,8 +40,9 @@ def kernels() -> list[str]:
     return names
 
 
+@final
 class Handles:
-    """Handles open one surrogate in the library as many times as threads use it at once. Final.
+    """Handles open one surrogate in the library as many times as threads use it at once.
 
     Args:
         name: name of the surrogate, for messages.

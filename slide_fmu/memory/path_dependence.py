@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
+from typing import Literal, final
 
 import numpy as np
 
@@ -143,8 +143,9 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> PathDependence:
     return PathDependence(reason, part, samples * pasts.step, rests)
 
 
+@final
 class _Pasts:
-    """_Pasts are motions of a recipe with different pasts and the same continuation. Final."""
+    """_Pasts are motions of a recipe with different pasts and the same continuation."""
 
     def __init__(self, motions: Motions, count: int) -> None:
         """Take the motions; a past has ``count`` samples, if the system draws no states."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import final
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import System
@@ -16,8 +17,9 @@ TIMED_SAMPLES, PART = 50, 0.1
 """Number of samples that are timed, and fraction of the time that one motion may take."""
 
 
+@final
 class TimeBudget:
-    """A TimeBudget ends after a time, and notes what is left out after that. Final.
+    """A TimeBudget ends after a time, and notes what is left out after that.
 
     Attributes:
         seconds: the time in s; infinite without a limit.

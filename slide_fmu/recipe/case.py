@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import TypeVar, final
 
 from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import Hold, moves
@@ -33,8 +33,9 @@ than the FMU's."""
 Driven = TypeVar("Driven", bound=Source)
 
 
+@final
 class Systems:
-    """The systems of a recipe, each made when it is first asked for, and once. Final.
+    """The systems of a recipe, each made when it is first asked for, and once.
 
     A pickle holds only their specifications, so that every process makes systems of its own.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from importlib import import_module
-from typing import Any, Final, cast
+from typing import Any, Final, cast, final
 
 from slide_fmu.core.signals import FloatArray, Signal, moves
 from slide_fmu.excitation.base import Kind
@@ -17,8 +17,9 @@ from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.systems.loading import UNSIMULATED
 
 
+@final
 class ModelRules(KindRules):
-    """ModelRules are the rules for recipes with a simulated system. Final."""
+    """ModelRules are the rules for recipes with a simulated system."""
 
     words = Words(
         trained_on="excitations",

@@ -12,6 +12,7 @@ import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 import scipy.linalg
@@ -162,8 +163,9 @@ def _slowest(poles: np.ndarray, edge: float) -> complex:
     return complex(np.log(max(abs(pole), 1e-300)), np.angle(pole))
 
 
+@final
 class _Sums:
-    """Sums of products over segments of records, from which models of all orders follow. Final.
+    """Sums of products over segments of records, from which models of all orders follow.
 
     Attributes:
         segments: numbers of the segments.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import cast, get_args
+from typing import cast, final, get_args
 
 import numpy as np
 
@@ -33,8 +33,9 @@ PARAMETERS = ("time", "sample_step", "pairing")
 without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
 
 
+@final
 class MeasuredRecords(Source):
-    """Measured records of one system, cut where samples are missing, with one even step. Final.
+    """Measured records of one system, cut where samples are missing, with one even step.
 
     Attributes:
         pieces: pieces without gaps, in the order of the files.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import comb
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, final, get_args
 
 import numpy as np
 
@@ -49,8 +49,9 @@ OF_RESIDUALS = "by the flat bottom of the residuals' spectrum"
 """Words for the source of the outputs' noise."""
 
 
+@final
 class RecordRules(KindRules):
-    """RecordRules are the rules for recipes of measured records. Final."""
+    """RecordRules are the rules for recipes of measured records."""
 
     words = Words(
         trained_on="measured records",

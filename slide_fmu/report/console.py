@@ -6,6 +6,7 @@ All functions print to the console that they are given.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import final
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.measure import Measurement
@@ -23,11 +24,11 @@ from slide_fmu.validation.error_figures import OutputFigures
 from slide_fmu.validation.row import Row
 
 
+@final
 class Rows:
     """Rows are printed as a table, or one below the other where a table does not fit.
 
     Text is never cut, and a word is broken only where it is longer than the terminal is wide.
-    Final.
     """
 
     def __init__(self, table: ReportTable) -> None:

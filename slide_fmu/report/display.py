@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import final
 
 from rich import progress as rich_progress
 from rich.console import Console, ConsoleDimensions
@@ -67,8 +68,9 @@ def shown(console: Console) -> Iterator[Stages]:
         yield lambda stage: _Bar(bars, stage, wide)
 
 
+@final
 class _Bars(rich_progress.Progress):
-    """The bars of all stages, of which the newest are shown while not all have a place. Final."""
+    """The bars of all stages, of which the newest are shown while not all have a place."""
 
     def get_renderables(self) -> Iterable[Table]:
         """Show as many stages as the terminal has rows for; after the work show all of them."""
@@ -81,8 +83,9 @@ class _Bars(rich_progress.Progress):
         yield self.make_tasks_table(self.tasks if ended else self.tasks[-most:])
 
 
+@final
 class _Time(rich_progress.ProgressColumn):
-    """The time that is left, or that a finished stage took. Final."""
+    """The time that is left, or that a finished stage took."""
 
     def render(self, task: rich_progress.Task) -> Text:
         """Write the time of a stage; the text is empty before a part of it is done."""
@@ -92,9 +95,10 @@ class _Time(rich_progress.ProgressColumn):
         return Text("" if left is None else f"{_duration(left)} left")
 
 
+@final
 @dataclass
 class _Bar:
-    """A bar of a stage; each of its parts has a bar of its own. Final."""
+    """A bar of a stage; each of its parts has a bar of its own."""
 
     bars: rich_progress.Progress
     name: str
@@ -115,9 +119,10 @@ class _Bar:
         return _Bar(self.bars, _part_name(self.name, name), self.wide, at_most)
 
 
+@final
 @dataclass
 class _Lines:
-    """A line for every fifth of a stage, and one as soon as its time can be estimated. Final.
+    """A line for every fifth of a stage, and one as soon as its time can be estimated.
 
     A stage that takes less than ``APART`` has a line at its start and one at its end. Work that
     goes on from where it was stopped, and may end early, has its first line after its first part:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, final
 
 import numpy as np
 
@@ -27,9 +27,10 @@ class InputCourse(Protocol):
         """Return the inputs at times in s, (N,), in their units, shape (N, n_inputs)."""
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Stairs:
-    """Stairs are constant over each step: ``rows[k]``, (n_inputs,), from k * step on. Final.
+    """Stairs are constant over each step: ``rows[k]``, (n_inputs,), from k * step on.
 
     Attributes:
         step: in s.
@@ -44,9 +45,10 @@ class Stairs:
         return self.rows[np.clip(place, 0, len(self.rows) - 1)]
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines reach ``rows[k]`` at (k + 1) * step, and go straight from one to the next. Final.
+    """Lines reach ``rows[k]`` at (k + 1) * step, and go straight from one to the next.
 
     Before the first of them the inputs are constant. An angle, which is given by cosine and sine,
     turns evenly.

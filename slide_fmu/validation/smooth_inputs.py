@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
@@ -42,9 +43,10 @@ SEED = 0x5A007
 """Entropy of the sines; no training uses it."""
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class Sines:
-    """Sines are sums of sines within the declared ranges, as a function of time. Final.
+    """Sines are sums of sines within the declared ranges, as a function of time.
 
     Attributes:
         signals: the inputs.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -153,9 +154,10 @@ OF_MOTIONS: dict[str, Drawing] = {
 """Kinds of motions, which have limits of speed and acceleration."""
 
 
+@final
 @dataclass(frozen=True, eq=False)
 class UserInput:
-    """A UserInput has a waveform for each channel, as a function of time. Final."""
+    """A UserInput has a waveform for each channel, as a function of time."""
 
     channels: tuple[Channel, ...]
     waveforms: tuple[Waveform, ...]

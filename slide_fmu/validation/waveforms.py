@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, final, runtime_checkable
 
 import numpy as np
 
@@ -32,9 +32,10 @@ class Tonal(Protocol):
         """Its frequency in Hz."""
 
 
+@final
 @dataclass(frozen=True)
 class Tone:
-    """A Tone is a sine about a level; its angular frequency is in rad/s. Final."""
+    """A Tone is a sine about a level; its angular frequency is in rad/s."""
 
     level: float
     amplitude: float
@@ -50,9 +51,10 @@ class Tone:
         return self.level + self.amplitude * np.sin(self.frequency * time + self.phase)
 
 
+@final
 @dataclass(frozen=True)
 class StoppedTone:
-    """A StoppedTone is a tone that stays where it is from a time in s on, and ends at rest. Final.
+    """A StoppedTone is a tone that stays where it is from a time in s on, and ends at rest.
 
     Attributes:
         tone: the tone.
@@ -81,9 +83,10 @@ class StoppedTone:
         return np.where(time < self.until, found, self.rest)
 
 
+@final
 @dataclass(frozen=True)
 class Triangle:
-    """A Triangle goes straight to and fro between two values. Final.
+    """A Triangle goes straight to and fro between two values.
 
     Its angular frequency is in rad/s.
     """
@@ -108,9 +111,10 @@ class Triangle:
         return np.asarray(self.low + (self.high - self.low) * np.abs(2 * turn - 1))
 
 
+@final
 @dataclass(frozen=True)
 class HeldLevels:
-    """HeldLevels are held one after the other, each for a time in s, and again. Final."""
+    """HeldLevels are held one after the other, each for a time in s, and again."""
 
     levels: tuple[float, ...]
     times: tuple[float, ...]
@@ -123,9 +127,10 @@ class HeldLevels:
         return np.asarray(np.array(self.levels)[index])
 
 
+@final
 @dataclass(frozen=True)
 class RepeatedMoves:
-    """RepeatedMoves go to and fro by the same way, with rests between. Final.
+    """RepeatedMoves go to and fro by the same way, with rests between.
 
     The speed is a trapezoid in time, or a triangle.
 

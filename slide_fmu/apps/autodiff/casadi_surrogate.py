@@ -6,6 +6,8 @@ use it.
 
 from __future__ import annotations
 
+from typing import final
+
 import casadi
 import numpy as np
 
@@ -15,8 +17,9 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
+@final
 class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
-    """A CasadiSurrogate is a CasADi function; see ``casadi_function``. Final."""
+    """A CasadiSurrogate is a CasADi function; see ``casadi_function``."""
 
     def __init__(
         self, surrogate: Surrogate, samples: int, options: dict[str, object] | None = None

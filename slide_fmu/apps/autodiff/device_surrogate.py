@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import torch
@@ -19,8 +19,9 @@ NUMBERS_AT_ONCE = 1 << 28
 """Largest number of values, in single precision, for one block: about a gigabyte."""
 
 
+@final
 class DeviceSurrogate:
-    """A DeviceSurrogate predicts sequences on a device; see ``device_surrogate``. Final."""
+    """A DeviceSurrogate predicts sequences on a device; see ``device_surrogate``."""
 
     def __init__(self, surrogate: Surrogate, device: str) -> None:
         network = surrogate.network

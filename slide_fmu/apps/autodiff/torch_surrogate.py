@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import torch
@@ -13,8 +13,9 @@ from slide_fmu.fmu.native import NativeSurrogate
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
+@final
 class TorchSurrogate(torch.nn.Module):
-    """A TorchSurrogate is a torch module; see ``torch_module``. Final."""
+    """A TorchSurrogate is a torch module; see ``torch_module``."""
 
     def __init__(self, surrogate: Surrogate, threads: int | None = None) -> None:
         super().__init__()

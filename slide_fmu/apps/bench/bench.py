@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
@@ -86,8 +87,9 @@ def _call_times(function: Callable[[], object], calls: int) -> list[float]:
     return found
 
 
+@final
 class Bench:
-    """A Bench has one surrogate, its FMU, and the times measured so far. Final.
+    """A Bench has one surrogate, its FMU, and the times measured so far.
 
     Args:
         surrogate: the surrogate in the FMU.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -53,8 +53,9 @@ class Method(ABC):
         """Take a step from a time, both in s; ``Loop.accept`` then goes on."""
 
 
+@final
 class Explicit(Method):
-    """An Explicit method takes each component through one step. Final.
+    """An Explicit method takes each component through one step.
 
     Args:
         sequential: whether a component sees the new outputs of those before it (Gauss-Seidel);
@@ -104,8 +105,9 @@ class _Trial(NamedTuple):
     number: int
 
 
+@final
 class Implicit(Method):
-    """An Implicit method repeats a step until outputs and linked inputs agree. Final.
+    """An Implicit method repeats a step until outputs and linked inputs agree.
 
     Components that cannot go back take the step once, with inputs that continue linearly.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import final
+
 import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
@@ -15,8 +17,9 @@ class MotionError(ValueError):
     """A motion is impossible because of a limit, a goal, a tolerance, or the surrogate."""
 
 
+@final
 class Predictor:
-    """A Predictor predicts motions of one length in the C runtime. Final.
+    """A Predictor predicts motions of one length in the C runtime.
 
     Before a motion the system rests at its first coordinates, for the length of the window.
 

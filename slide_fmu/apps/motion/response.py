@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 from functools import cached_property
+from typing import final
 
 import numpy as np
 
@@ -19,8 +20,9 @@ Reference = Callable[[FloatArray], FloatArray]
 """Simulates a reference model: from inputs (N, n_inputs) to outputs (N + 1, n_outputs)."""
 
 
+@final
 class Response:
-    """A Response predicts motions of one length between two points. Final.
+    """A Response predicts motions of one length between two points.
 
     Args:
         surrogate: the surrogate that predicts.

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict, TypeVar, final
 
 import torch
 
@@ -29,8 +29,9 @@ class KeptRun(TypedDict):
     state: Any
 
 
+@final
 class Ledger:
-    """A Ledger has named runs and the last state of each, in one file. Final.
+    """A Ledger has named runs and the last state of each, in one file.
 
     A run is a sequence of states, each computed only from the state before. So a fit that resumes
     from the file ends with the same weights as an uninterrupted one.

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import final
 
 import numpy as np
 import torch
@@ -94,8 +95,9 @@ def while_it_pays(
     return candidate
 
 
+@final
 class MultiStart:
-    """A MultiStart does all runs of one fit, each named and stored in the ledger. Final.
+    """A MultiStart does all runs of one fit, each named and stored in the ledger.
 
     The progress is called after every iteration.
 

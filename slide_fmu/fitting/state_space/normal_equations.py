@@ -19,6 +19,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import final
 
 import torch
 
@@ -110,8 +111,9 @@ def thinning(shape: CellShape, segments: Segments) -> int:
     return thin
 
 
+@final
 class _EachSegment:
-    """_EachSegment has rows of J and residuals of a chunk of B segments, by segment. Final.
+    """_EachSegment has rows of J and residuals of a chunk of B segments, by segment.
 
     Args:
         thin: each ``thin``-th row of J is used for J'J.

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import final
 
 import numpy as np
 import torch
@@ -107,8 +108,9 @@ _Regressed = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 """Regressors (N, R), residuals (N, p) and folds (N,)."""
 
 
+@final
 class _RandomUnits:
-    """Random hidden units on states and features of a cell, scaled by its segments. Final."""
+    """Random hidden units on states and features of a cell, scaled by its segments."""
 
     def __init__(self, shape: CellShape, theta: torch.Tensor, segments: Segments) -> None:
         self._shape, self._theta = shape, theta

@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import final
 
 from slide_fmu.fitting.history import TriedSize
 from slide_fmu.fitting.state_space.fit_data import FitData
@@ -149,8 +150,9 @@ def _numbers_of_units(n_units: int | str) -> list[int]:
     return numbers
 
 
+@final
 class _Search:
-    """A search judges sizes, each once, and climbs from size to size. Final."""
+    """A search judges sizes, each once, and climbs from size to size."""
 
     def __init__(self, multi_start: MultiStart, orders: list[int], units: list[int]) -> None:
         self._multi_start, self._orders, self._units = multi_start, orders, units

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import final
 
 import torch
 
@@ -107,8 +108,9 @@ def substeps_for(linear: Candidate) -> int:
     return max(1, min(MOST_TIMES, math.ceil(float(poles.log().abs().max()) / TURN)))
 
 
+@final
 class _Trials:
-    """_Trials fit small networks to the smaller amplitudes, and keep the results. Final."""
+    """_Trials fit small networks to the smaller amplitudes, and keep the results."""
 
     def __init__(self, small: FitData, large: Segments, progress: Progress) -> None:
         self.done: list[TriedUnits] = []

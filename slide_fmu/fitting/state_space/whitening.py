@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import final
 
 import torch
 
@@ -82,8 +83,9 @@ class Whitening:
         return add
 
 
+@final
 class Filter:
-    """A Filter takes values of segments block by block, and stores those that it needs. Final."""
+    """A Filter takes values of segments block by block, and stores those that it needs."""
 
     def __init__(self, whitening: Whitening) -> None:
         self._taps = whitening.taps

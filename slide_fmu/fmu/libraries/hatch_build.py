@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import runpy
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
+@final
 class RuntimeBuildHook(BuildHookInterface[Any]):
-    """The hook runs for standard and editable wheels alike. Final."""
+    """The hook runs for standard and editable wheels alike."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile; ``artifacts`` adds files to the wheel that git ignores."""

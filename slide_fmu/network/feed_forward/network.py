@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,9 @@ class Layer:
             raise ValueError("layer: a weight or bias is not finite; was the training stable?")
 
 
+@final
 class FeedForward(Network):
-    """Feed-forward network on the flattened features (time first, then feature). Final.
+    """Feed-forward network on the flattened features (time first, then feature).
 
     Args:
         layers: at least one; each layer's output fits the next.

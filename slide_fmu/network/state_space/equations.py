@@ -23,6 +23,7 @@ the fits in torch (``slide_fmu.fitting.state_space``). The C runtime has its own
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import final
 
 from slide_fmu.network.activations import ACTIVATIONS, MIXED, Activation, Array, Namespace
 from slide_fmu.network.state_space.cell import GATED, MIXED_UNITS, Cell, Roles
@@ -76,8 +77,9 @@ class HiddenUnits:
     seen: Array | None = None
 
 
+@final
 class Equations:
-    """Equations evaluate the cell along given features, from any states. Final.
+    """Equations evaluate the cell along given features, from any states.
 
     Args:
         cell: the matrices of one cell; or of one cell for each sequence, with an axis (B,) in

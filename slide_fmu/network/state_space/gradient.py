@@ -6,6 +6,8 @@ The method is backpropagation through time along one run of the cell from x = 0 
 
 from __future__ import annotations
 
+from typing import final
+
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
@@ -20,8 +22,9 @@ def pull_back_cells(network: StateSpace, features: FloatArray, n_out: int) -> Pu
     return _CellTape(network, features, n_out).pull_back
 
 
+@final
 class _CellTape:
-    """A _CellTape is one run of a cell from x = 0 over windows, with its reverse mode. Final."""
+    """A _CellTape is one run of a cell from x = 0 over windows, with its reverse mode."""
 
     def __init__(self, network: StateSpace, features: FloatArray, n_out: int) -> None:
         self._roles, self._n_out = network.roles, n_out

@@ -13,7 +13,7 @@ before its first input; within a sequence, the inputs before it are known.)
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,9 @@ CHUNK = 1 << 16
 """Number of samples evaluated at once; it limits the memory of a long prediction."""
 
 
+@final
 class StateSpace(Network, Parametric):
-    """A StateSpace is a cell along a sequence of scaled inputs. Final.
+    """A StateSpace is a cell along a sequence of scaled inputs.
 
     Inputs before a sequence count as equal to its first.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from types import ModuleType
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal, cast, final
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -216,12 +216,14 @@ class _ExudynSystem(WiredSystem):
         return State(self._start.coordinates, self._start.velocities, held)
 
 
+@final
 class ExudynSystem(_ExudynSystem):
-    """A system of exudyn with first-order or data coordinates, which is not linearized. Final."""
+    """A system of exudyn with first-order or data coordinates, which is not linearized."""
 
 
+@final
 class LinearizableExudynSystem(_ExudynSystem, Linearizable):
-    """A system of exudyn with coordinates of second order alone. Final."""
+    """A system of exudyn with coordinates of second order alone."""
 
 
 def _values(

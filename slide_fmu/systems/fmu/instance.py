@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import chdir
 from ctypes import c_double, c_float
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import fmpy
 import numpy as np
@@ -31,8 +31,9 @@ _CLASSES = {
 }
 
 
+@final
 class Instance:
-    """An Instance is an FMU in memory, before or after its initialization. Final.
+    """An Instance is an FMU in memory, before or after its initialization.
 
     A call that fails raises fmpy's ``FMICallException``.
 

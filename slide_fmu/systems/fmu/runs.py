@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from typing import final
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -22,8 +23,9 @@ FAILURES = (FMICallException, RuntimeError, OSError)
 """Exceptions of calls of an FMU and of fmpy's solver."""
 
 
+@final
 class Runs:
-    """Runs are simulated one after another, each from the FMU's own start. Final.
+    """Runs are simulated one after another, each from the FMU's own start.
 
     Args:
         make: makes the steps of a fresh instance.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from ctypes import c_double
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -45,8 +45,9 @@ class _CVode(CVodeSolver):  # type: ignore[misc]  # fmpy has no types
             return -1
 
 
+@final
 class SolverSteps(FmuSteps):
-    """The equations of the FMU are integrated here; events are handled. Final.
+    """The equations of the FMU are integrated here; events are handled.
 
     The solver begins anew at every sample, so that states alone tell how a motion goes on.
     """

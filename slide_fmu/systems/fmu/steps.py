@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, final
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.declared import Parameter
@@ -76,8 +76,9 @@ class FmuSteps(abc.ABC):
         """
 
 
+@final
 class CoSimulationSteps(FmuSteps):
-    """The FMU steps by itself. Final."""
+    """The FMU steps by itself."""
 
     def begin(self, held: FloatArray) -> None:
         """Nothing is left to do after the initialization."""

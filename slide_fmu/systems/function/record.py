@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from slide_fmu.systems.function.user_function import (
 )
 
 
+@final
 class RecordSystem(System):
     """A RecordSystem is a reference system made of one function: y = simulate(t, u, p).
 
@@ -26,7 +27,7 @@ class RecordSystem(System):
     these times, (N + 1, n_outputs). Between two samples a first-order hold moves linearly, as
     ``numpy.interp`` does; a zero-order hold has the value of the later one: u[k] has acted since
     t[k - 1], so that the output at t[k] follows from u[0] to u[k]. Before the start, u[0] has
-    always acted: a function that knows the equilibrium under it starts there. Final.
+    always acted: a function that knows the equilibrium under it starts there.
     """
 
     def __init__(

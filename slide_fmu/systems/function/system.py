@@ -6,7 +6,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -45,6 +45,7 @@ Start = Sequence[float] | FloatArray | Callable[..., Any]
 """The state to look for an equilibrium from, or a function of (u, p) that gives the start."""
 
 
+@final
 class FunctionSystem(Linearizable, Bending):
     """A FunctionSystem is a reference system made of functions: x' = f(x, u, p), y = g(x, u, p).
 
@@ -56,7 +57,7 @@ class FunctionSystem(Linearizable, Bending):
     It starts at rest under its first input: at the stable equilibrium that is found from
     ``start``, or from where the system goes from there under that input; at ``start`` itself where
     none is found, which ``remarks`` then says. A function ``start(u, p)`` gives the state to start
-    from under the input u, which is taken as it is. Final.
+    from under the input u, which is taken as it is.
     """
 
     def __init__(

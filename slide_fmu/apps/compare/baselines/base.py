@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 import time
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -42,8 +43,9 @@ class Stepped(Baseline):
         """Return the values of ``simulate``, sample by sample as a co-simulation does."""
 
 
+@final
 class Frozen(Baseline):
-    """A Frozen is one of our networks as a baseline; it needs no first outputs. Final.
+    """A Frozen is one of our networks as a baseline; it needs no first outputs.
 
     Attributes:
         network: maps scaled inputs to scaled outputs.
@@ -59,8 +61,9 @@ class Frozen(Baseline):
         return np.asarray(values, dtype=np.float64)
 
 
+@final
 class Budget:
-    """A Budget is CPU time of this process, on all its cores, from now on. Final."""
+    """A Budget is CPU time of this process, on all its cores, from now on."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds, self._begin = seconds, time.process_time()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import final
 
 import numpy as np
 import torch
@@ -67,8 +68,9 @@ def fit_gru(lesson: Lesson, budget: Budget, progress: Progress) -> FittedBaselin
     return FittedBaseline(Gru(module, lesson), words, course.cut, course)
 
 
+@final
 class GruModule(torch.nn.Module):
-    """A GruModule maps parts of features to the outputs at the end of each part. Final."""
+    """A GruModule maps parts of features to the outputs at the end of each part."""
 
     def __init__(self, lesson: Lesson, scored: int) -> None:
         super().__init__()
@@ -83,8 +85,9 @@ class GruModule(torch.nn.Module):
         return found
 
 
+@final
 class Gru(Stepped):
-    """A Gru runs along a sequence; the first input is held for one window before. Final."""
+    """A Gru runs along a sequence; the first input is held for one window before."""
 
     def __init__(self, module: GruModule, lesson: Lesson) -> None:
         self._module, self._features = module, lesson.features

@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +53,9 @@ def require_sysidentpy() -> None:
         ) from error
 
 
+@final
 class Polynomial(Stepped):
-    """A Polynomial has one fitted sysidentpy model for each output, of the same lags. Final."""
+    """A Polynomial has one fitted sysidentpy model for each output, of the same lags."""
 
     def __init__(self, models: Sequence[Any], lags: int) -> None:
         self._models, self.start_length = tuple(models), lags

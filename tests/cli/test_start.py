@@ -59,7 +59,6 @@ def test_version_is_that_of_the_package() -> None:
 
 @pytest.mark.parametrize("start", ["--help", "--version", *TO_COMPLETE])
 def test_what_is_answered_at_once_imports_nothing_slow(start: str) -> None:
-    """The times themselves are printed by ``tests/benchmarks/start_up.py``."""
     arguments, environment = [start], dict(os.environ)
     if start in TO_COMPLETE:
         arguments, environment = [], asked(start, "val")

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from slide_fmu.cli.learning import learn
-    from slide_fmu.cli.python_calls import Learnt, export, run, validate
+    from slide_fmu.cli.python_calls import RunResult, export, run, validate
     from slide_fmu.core.parameters import Parameter
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
@@ -57,7 +57,6 @@ __all__ = [
     "CoSimulationError",
     "FmuError",
     "FunctionSystem",
-    "Learnt",
     "Linearizable",
     "Linearization",
     "LoadError",
@@ -71,6 +70,7 @@ __all__ = [
     "RecipeError",
     "RecordSystem",
     "Restorable",
+    "RunResult",
     "ShortWindowError",
     "Signal",
     "SimulationError",
@@ -108,7 +108,7 @@ _HOMES = {
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.cli.learning": ("learn",),
-    "slide_fmu.cli.python_calls": ("Learnt", "export", "run", "validate"),
+    "slide_fmu.cli.python_calls": ("RunResult", "export", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),

@@ -114,13 +114,13 @@ def fit_judge(
     """
     learnt, calibration, *further = mixes
     n_outputs = calibration.errors.shape[2]
-    heard = [learnt, *(thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
+    of_head = [learnt, *(thinned(mix, FURTHER_SHARE * learnt.errors.size) for mix in further)]
     n_seen = learnt.watched.shape[2] - 2 * n_outputs  # after these come logarithms
-    flat = np.concatenate([samples_of(mix.statistics)[:, 0, n_seen:] for mix in heard])
+    flat = np.concatenate([samples_of(mix.statistics)[:, 0, n_seen:] for mix in of_head])
     quietest = np.quantile(flat, QUIETEST, axis=0)
-    head, history = fit([mix.heard(quietest) for mix in heard])
+    head, history = fit([mix.head_inputs(quietest) for mix in of_head])
     floors, shares = floors_of(calibration), shares_of(calibration)
-    calibration = calibration.heard(quietest).weighed(shares)
+    calibration = calibration.head_inputs(quietest).weighed(shares)
     span = None
     if block is not None:
         rms = scales_of(head, calibration.statistics)[..., n_outputs:]

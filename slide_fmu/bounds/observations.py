@@ -33,7 +33,7 @@ class Observations:
     disagreement: FloatArray
     errors: FloatArray
 
-    def heard(self, quietest: FloatArray) -> Observations:
+    def head_inputs(self, quietest: FloatArray) -> Observations:
         """Return the same with the statistics that the head gets."""
         return replace(self, statistics=not_quieter(self.statistics, quietest))
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slide_fmu.cli.python_calls import Learnt, whole_way
+from slide_fmu.cli.python_calls import RunResult, whole_way
 from slide_fmu.cli.script_guard import simulating_processes
 from slide_fmu.core.extras import require_training
 from slide_fmu.core.progress import Stages
@@ -39,7 +39,7 @@ def learn(
     threads: int = 1,
     overwrite: bool = False,
     **tables: Any,
-) -> Learnt:
+) -> RunResult:
     """Learn a surrogate of a reference system and measure it, as ``slide-fmu run`` does.
 
     Results of an earlier call with the same values are used again. Progress is shown on standard

@@ -28,8 +28,8 @@ if TYPE_CHECKING:  # it needs the packages of the training
 
 
 @dataclass(frozen=True, eq=False)
-class Learnt:
-    """A Learnt is the result of ``learn`` or ``run``.
+class RunResult:
+    """A RunResult is what comes of ``learn`` or ``run``.
 
     Attributes:
         surrogate: the trained surrogate, with its error estimator if the recipe has one.
@@ -81,7 +81,7 @@ def run(
     workers: int | None = None,
     threads: int = 1,
     overwrite: bool = False,
-) -> Learnt:
+) -> RunResult:
     """Do all stages of a recipe file, as ``slide-fmu run`` does.
 
     Results of an earlier call are used again. Progress is shown on standard error.
@@ -123,7 +123,7 @@ def whole_way(
     threads: int,
     overwrite: bool,
     trajectories: int | None = None,
-) -> Learnt:
+) -> RunResult:
     """Go the whole way with a job; progress and remarks are shown on standard error.
 
     Args:
@@ -144,7 +144,7 @@ def whole_way(
         job = opened(bar, console.print)
         done = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     require_quality(job.recipe, done.figures)
-    return Learnt(load(done.fmu), done.fmu, done.page, done.figures)
+    return RunResult(load(done.fmu), done.fmu, done.page, done.figures)
 
 
 def export(

@@ -154,7 +154,7 @@ def init(
     """Write a first recipe for your own model, and list what was found and assumed."""
     from slide_fmu.core.files import write_whole
     from slide_fmu.propose.draft_signals import parse_range, proposed_name, require_models
-    from slide_fmu.propose.proposal import Wish, propose, propose_unsimulated
+    from slide_fmu.propose.proposal import InitOptions, propose, propose_unsimulated
     from slide_fmu.propose.template import write_template
 
     with progress_bars() as bar:
@@ -166,17 +166,17 @@ def init(
         chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
         further = tuple(models[1:])
-        wish = Wish(
+        options = InitOptions(
             models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time,
             tuple(loops or ()), jumps,
         )  # fmt: skip
-        proposal = propose_unsimulated(wish)
+        proposal = propose_unsimulated(options)
         if proposal is None:
             written = write_template(_only(models, time), kind)
             if written is not None:
                 console.print(f"model   {written}")
-            wish = replace(wish, model=written or wish.model)
-            proposal = propose(wish, bar("motions"))
+            options = replace(options, model=written or options.model)
+            proposal = propose(options, bar("motions"))
         write_whole(place, proposal.text.encode("utf-8"))
     show_draft(proposal)
     console.print(f"recipe  {place}")

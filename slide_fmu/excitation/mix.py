@@ -11,7 +11,6 @@ from typing import Annotated, TypeVar
 import numpy as np
 from pydantic import Field
 
-from slide_fmu.excitation.alone import Alone
 from slide_fmu.excitation.axis_moves import AxisMoves
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box
@@ -25,6 +24,7 @@ from slide_fmu.excitation.channels import (
     Stops,
 )
 from slide_fmu.excitation.loop import LoopRecipe
+from slide_fmu.excitation.one_at_a_time import OneAtATime
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.excitation.spectra import FilteredRandom, Harmonic, Multisine, Sweep
@@ -48,7 +48,7 @@ Excitation = Annotated[
     | AxisMoves
     | Vibration
     | Box
-    | Alone
+    | OneAtATime
     | Recorded,
     Field(discriminator="kind"),
 ]
@@ -65,8 +65,8 @@ Described = TypeVar("Described", bound=Kind)
 
 
 def moving_by_themselves(kinds: Iterable[Described]) -> list[Described]:
-    """Return the kinds that say how inputs move: ``alone`` moves one of them as another kind."""
-    return [kind for kind in kinds if not isinstance(kind, Alone)]
+    """Return the kinds that say how inputs move: not ``one_at_a_time``, which moves as another."""
+    return [kind for kind in kinds if not isinstance(kind, OneAtATime)]
 
 
 def drawing_kind(
@@ -79,7 +79,7 @@ def drawing_kind(
     """
     if isinstance(chosen, LoopRecipe):
         chosen = usual[choose_kind(usual, rng)]
-    if isinstance(chosen, Alone):
+    if isinstance(chosen, OneAtATime):
         others = moving_by_themselves(usual)
         return chosen.like(others[choose_kind(others, rng)])
     return chosen

@@ -77,8 +77,8 @@ class FirstLook:
 
 
 @dataclass(frozen=True)
-class Looking:
-    """Looking holds the settings with which a model is simulated.
+class FirstLookSettings:
+    """FirstLookSettings are those with which a model is simulated.
 
     Attributes:
         specification: specification of the model; its step is proposed if None.
@@ -93,7 +93,7 @@ class Looking:
     driven: bool = False
 
 
-def look(looking: Looking, progress: Progress) -> FirstLook:
+def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
     """Simulate a model to find its step, if it has none, and the ranges of its outputs.
 
     Raises:
@@ -101,17 +101,17 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
         NotForgettingError: its outputs integrate, so that no window can hold it.
         SimulationError: it fails with any step, or on more than a few motions.
     """
-    step, origin, failed = _step(looking, part_of(progress, "step", at_most=True))
+    step, origin, failed = _step(settings, part_of(progress, "step", at_most=True))
     progress = part_of(progress)
     remarks = [] if failed is None else [failed]
     low = high = np.empty(0)
     still, count = np.empty(0, dtype=bool), 0
-    if looking.excitation is not None:
-        system = load_system(replace(looking.specification, step=step))
+    if settings.excitation is not None:
+        system = load_system(replace(settings.specification, step=step))
         lasts = integral(system)
         if lasts is not None:
             raise NotForgettingError(str(lasts))
-        mix = TypeAdapter(list[Excitation]).validate_python(looking.excitation(step))
+        mix = TypeAdapter(list[Excitation]).validate_python(settings.excitation(step))
         rng = np.random.default_rng(SAMPLES)
         kinds = [drawing_kind(kind, mix, rng) for kind in mix]
         rows, remark = _outputs(system, kinds, progress)
@@ -122,14 +122,14 @@ def look(looking: Looking, progress: Progress) -> FirstLook:
     return FirstLook(step, origin, low, high, still, count, tuple(remarks))
 
 
-def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]:
+def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, str | None]:
     """Return the sample step in s, its origin, and a remark or None.
 
     The search of a step would go on and on with a system that integrates.
     """
-    given = looking.specification
+    given = settings.specification
     if given.step is not None:
-        return given.step, looking.origin, None
+        return given.step, settings.origin, None
 
     def make(step: float) -> System:
         return load_system(replace(given, step=step))
@@ -141,7 +141,7 @@ def _step(looking: Looking, progress: Progress) -> tuple[float, str, str | None]
                 raise NotForgettingError(str(lasts))
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
-    proposed = proposed_step(make, FIRST_STEP, progress, enough, looking.driven)
+    proposed = proposed_step(make, FIRST_STEP, progress, enough, settings.driven)
     seen, hold = proposed.bandwidth, hold_of(first.inputs)
     if fastest is not None and (seen is None or seen >= ABOVE_MODES * fastest):
         step = tidy_step(1.0 / (OWN_SAMPLES * fastest))

@@ -23,7 +23,7 @@ from slide_fmu.propose.draft_signals import (
     ranged_outputs,
     require_name,
 )
-from slide_fmu.propose.first_look import FirstLook, Looking, MakeTables, look
+from slide_fmu.propose.first_look import FirstLook, FirstLookSettings, MakeTables, look
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
@@ -50,8 +50,8 @@ UNSEEN = (-1.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Wish:
-    """A Wish holds the options of a user for a first recipe.
+class InitOptions:
+    """InitOptions are the options of a user for a first recipe.
 
     Attributes:
         model: path of an FMU or a Python file, or ``"package.module:Class"``.
@@ -105,11 +105,11 @@ class Proposal:
 
 
 @dataclass(frozen=True, eq=False)
-class _Begun:
-    """_Begun holds the known parts of a recipe before the model is simulated.
+class ModelDeclarations:
+    """ModelDeclarations are the known parts of a recipe before the model is simulated.
 
     Attributes:
-        found: declarations of the model.
+        declared: declarations of the model.
         inputs, outputs: signals of the surrogate.
         chain: the serial chain whose set points the inputs are, if there is one.
         specification: specification of the system; its step is None if it is to be proposed.
@@ -118,7 +118,7 @@ class _Begun:
         kind: kind of the inputs.
     """
 
-    found: Declared
+    declared: Declared
     inputs: list[DraftSignal]
     outputs: list[DraftSignal]
     chain: ProposedChain
@@ -130,25 +130,25 @@ class _Begun:
     @property
     def own(self) -> bool:
         """Tell whether the model declares its signals with their ranges itself."""
-        return self.found.kind == "class"
+        return self.declared.kind == "class"
 
 
-def propose_unsimulated(wish: Wish) -> Proposal | None:
-    """Propose a recipe for data that are not simulated; None where the wish names a model.
+def propose_unsimulated(options: InitOptions) -> Proposal | None:
+    """Propose a recipe for data that are not simulated; None where they name a model.
 
     Raises:
         LoadError, RecipeError: the data cannot be used.
-        ValueError: the wish has options for models only.
+        ValueError: the options hold some for models only.
     """
     for room in UNSIMULATED.values():
         module = import_module(f"{room}.proposal")
-        found = cast(Proposal | None, module.propose_wish(wish))
+        found = cast(Proposal | None, module.propose_from_options(options))
         if found is not None:
             return found
     return None
 
 
-def propose(wish: Wish, progress: Progress) -> Proposal:
+def propose(options: InitOptions, progress: Progress) -> Proposal:
     """Propose a recipe for a model, which is simulated for some seconds.
 
     Raises:
@@ -161,49 +161,49 @@ def propose(wish: Wish, progress: Progress) -> Proposal:
         NotForgettingError: its outputs integrate, so that no window can hold it.
         SimulationError: the model could not be simulated, or crashed.
     """
-    require_name(wish.name)
-    _require_fmu_step(wish)
-    require_pairs(wish.loops)
-    make_importable(Path(wish.model).parent)
-    begun = _begin(wish)
-    require_pairs(wish.loops, begun.system)
-    seen = _look(begun, wish, progress)
-    outputs, left_out = ranged_outputs(begun.outputs, seen, chosen=bool(wish.outputs))
-    draft = _with_loops(wish.loops, begun, _draft(wish, begun, seen, outputs))
-    on_chain = [] if begun.chain.remark is None else [begun.chain.remark]
-    before = (*begun.found.remarks, *_on_inputs(begun, draft), *on_chain)
+    require_name(options.name)
+    _require_fmu_step(options)
+    require_pairs(options.loops)
+    make_importable(Path(options.model).parent)
+    declarations = _begin(options)
+    require_pairs(options.loops, declarations.system)
+    seen = _look(declarations, options, progress)
+    outputs, left_out = ranged_outputs(declarations.outputs, seen, chosen=bool(options.outputs))
+    draft = _with_loops(options.loops, declarations, _draft(options, declarations, seen, outputs))
+    on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
+    before = (*declarations.declared.remarks, *_on_inputs(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
     remarks = (*before, *seen.remarks, *left_out, *of_loops)
     return Proposal(recipe_text(draft), draft, remarks)
 
 
-def _require_fmu_step(wish: Wish) -> None:
+def _require_fmu_step(options: InitOptions) -> None:
     """Refuse a step of an importer that fits neither the model nor the sample step."""
-    own = wish.fmu_step
+    own = options.fmu_step
     if own is None:
         return
-    if not (own > 0 and wish.model.endswith(".fmu")):
+    if not (own > 0 and options.model.endswith(".fmu")):
         raise RecipeError(
-            f"--fmu-step {own:g} for {wish.model!r}; expected a positive number of seconds for an "
-            "FMU: leave it out for other models"
+            f"--fmu-step {own:g} for {options.model!r}; expected a positive number of seconds for "
+            "an FMU: leave it out for other models"
         )
-    count = None if wish.step is None else max(1, round(wish.step / own))
-    if count is not None and not math.isclose(count * own, wish.step or 0.0, rel_tol=1e-6):
+    count = None if options.step is None else max(1, round(options.step / own))
+    if count is not None and not math.isclose(count * own, options.step or 0.0, rel_tol=1e-6):
         raise RecipeError(
-            f"--step {wish.step:g} with --fmu-step {own:g}; expected a whole number of these "
+            f"--step {options.step:g} with --fmu-step {own:g}; expected a whole number of these "
             f"steps, for example --step {count * own:.6g}"
         )
 
 
-def _as_it_runs(found: Declared, wish: Wish) -> Declared:
+def _as_it_runs(found: Declared, options: InitOptions) -> Declared:
     """Return a model's declarations, with the hold of inputs as its importer runs it.
 
     Inputs are held if the surrogate has the same step, and move over longer steps. Inputs that the
     model declares as held stay held.
     """
-    if wish.fmu_step is not None:
-        found = replace(found, step=None, held_step=wish.fmu_step)
-    own, step = found.held_step, wish.step or found.step
+    if options.fmu_step is not None:
+        found = replace(found, step=None, held_step=options.fmu_step)
+    own, step = found.held_step, options.step or found.step
     if own is None or any(one.hold == "zero_order" for one in found.inputs.values()):
         return found
     hold: Hold = "first_order"
@@ -213,36 +213,36 @@ def _as_it_runs(found: Declared, wish: Wish) -> Declared:
     return replace(found, inputs={name: held.over(one) for name, one in found.inputs.items()})
 
 
-def _on_inputs(begun: _Begun, draft: ModelDraft) -> list[str]:
+def _on_inputs(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
     """Return remarks on the hold of an FMU's inputs in the recipe."""
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
-    made = replace(begun.specification, step=draft.step, parameters=parameters)
-    remark = load_system(made).input_remark if begun.found.kind == "fmu" else None
+    made = replace(declarations.specification, step=draft.step, parameters=parameters)
+    remark = load_system(made).input_remark if declarations.declared.kind == "fmu" else None
     return [] if remark is None else [remark]
 
 
-def _begin(wish: Wish) -> _Begun:
+def _begin(options: InitOptions) -> ModelDeclarations:
     """Find the declarations of a model, and make a system of it."""
-    declared = as_surrogate(describe_model(wish.model, wish.kind), bool(wish.outputs))
-    found = _as_it_runs(declared, wish)
+    declared = as_surrogate(describe_model(options.model, options.kind), bool(options.outputs))
+    found = _as_it_runs(declared, options)
     inputs, outputs = (
-        draft_inputs(found, wish.inputs, wish.hold),
-        draft_outputs(found, wish.outputs),
+        draft_inputs(found, options.inputs, options.hold),
+        draft_outputs(found, options.outputs),
     )
-    chain = proposed_chain(found.model, wish.chain, inputs)
-    specification = _specification(found, inputs, outputs, wish.step)
+    chain = proposed_chain(found.model, options.chain, inputs)
+    specification = _specification(found, inputs, outputs, options.step)
     system = load_system(replace(specification, step=specification.step or FIRST_STEP))
     kind: InputKind = "set_points"
     if chain.path is None:
-        kind = kind_of_inputs(system, in_loops=bool(wish.loops))
+        kind = kind_of_inputs(system, in_loops=bool(options.loops))
     widths = [signal.high - signal.low for signal in system.inputs]
     turning = bool(cosines_of(system.inputs))
-    if wish.jumps:
+    if options.jumps:
         _require_jumping(kind, turning)
     tables = partial(
-        default_excitation, inputs=kind, widths=widths, turning=turning, jumps=wish.jumps
+        default_excitation, inputs=kind, widths=widths, turning=turning, jumps=options.jumps
     )
-    return _Begun(found, inputs, outputs, chain, specification, system, tables, kind)
+    return ModelDeclarations(found, inputs, outputs, chain, specification, system, tables, kind)
 
 
 def _require_jumping(kind: InputKind, turning: bool) -> None:
@@ -259,83 +259,96 @@ def _require_jumping(kind: InputKind, turning: bool) -> None:
         raise RecipeError(f"--jumps, but {reason}; expected inputs that move: leave it out")
 
 
-def _look(begun: _Begun, wish: Wish, progress: Progress) -> FirstLook:
+def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
-    found, system = begun.found, begun.system
-    excitation = None if begun.own else begun.tables
-    driven = begun.kind in ("set_points", "angle")
-    looking = Looking(begun.specification, _origin(wish), excitation, driven)
+    found, system = declarations.declared, declarations.system
+    excitation = None if declarations.own else declarations.tables
+    driven = declarations.kind in ("set_points", "angle")
+    settings = FirstLookSettings(declarations.specification, _origin(options), excitation, driven)
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress
-    return guarded(system, (found.model, found.kind), look, looking, shown)
+    return guarded(system, (found.model, found.kind), look, settings, shown)
 
 
-def _draft(wish: Wish, begun: _Begun, seen: FirstLook, outputs: list[DraftSignal]) -> ModelDraft:
+def _draft(
+    options: InitOptions,
+    declarations: ModelDeclarations,
+    seen: FirstLook,
+    outputs: list[DraftSignal],
+) -> ModelDraft:
     """Return the contents of the recipe."""
-    found, chain = begun.found, begun.chain.path
-    step, origin, fmu_step = _run_by_steps(begun, wish, seen)
-    name = proposed_name(found.model, wish.name)
+    found, chain = declarations.declared, declarations.chain.path
+    step, origin, fmu_step = _run_by_steps(declarations, options, seen)
+    name = proposed_name(found.model, options.name)
     return ModelDraft(
         name,
-        f"{name}: inputs {names_of(begun.inputs)}, outputs {names_of(outputs)}",
-        tuple(begun.inputs),
+        f"{name}: inputs {names_of(declarations.inputs)}, outputs {names_of(outputs)}",
+        tuple(declarations.inputs),
         tuple(outputs),
         step,
         origin,
-        replace(found, model=_from_folder(found.model, wish.folder)),
-        begun.tables(step),
-        declares_signals=begun.own,
-        further=further_excitation(step, begun.kind, bool(cosines_of(begun.system.inputs))),
-        kind_of_inputs=begun.kind,
-        chain=None if chain is None else _from_folder(str(chain), wish.folder),
-        substeps=_substeps(begun, step, fmu_step, wish.jumps),
+        replace(found, model=_from_folder(found.model, options.folder)),
+        declarations.tables(step),
+        declares_signals=declarations.own,
+        further=further_excitation(
+            step, declarations.kind, bool(cosines_of(declarations.system.inputs))
+        ),
+        kind_of_inputs=declarations.kind,
+        chain=None if chain is None else _from_folder(str(chain), options.folder),
+        substeps=_substeps(declarations, step, fmu_step, options.jumps),
         fmu_step=fmu_step,
-        jumps=wish.jumps if begun.kind == "moving" else None,
+        jumps=options.jumps if declarations.kind == "moving" else None,
     )
 
 
-def _with_loops(pairs: tuple[str, ...], begun: _Begun, draft: ModelDraft) -> ModelDraft:
+def _with_loops(
+    pairs: tuple[str, ...], declarations: ModelDeclarations, draft: ModelDraft
+) -> ModelDraft:
     """Return the contents with loops around the system, which is simulated for them."""
     if not pairs:
         return draft
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
-    made, model = replace(begun.specification, parameters=parameters), begun.found
+    made, model = replace(declarations.specification, parameters=parameters), declarations.declared
     named = model.model, model.kind
-    loops = guarded(begun.system, named, proposed_loops, pairs, made, draft.step)
+    loops = guarded(declarations.system, named, proposed_loops, pairs, made, draft.step)
     return replace(draft, loops=tuple(loops))
 
 
-def _run_by_steps(begun: _Begun, wish: Wish, seen: FirstLook) -> tuple[float, str, float | None]:
+def _run_by_steps(
+    declarations: ModelDeclarations, options: InitOptions, seen: FirstLook
+) -> tuple[float, str, float | None]:
     """Return sample step in s, its origin, and the importer's step for the recipe.
 
     A proposed step becomes an integer multiple of the importer's step, divisible if it is large.
     """
-    own, step = begun.found.held_step, seen.step
+    own, step = declarations.declared.held_step, seen.step
     if own is None:
         return step, seen.origin, None
-    if wish.step is None and begun.found.step is None:
+    if options.step is None and declarations.declared.step is None:
         count = max(1, round(step / own))
         if count > MOST_SUBSTEPS and _parts(count) < SUBSTEPS:
             count = SUBSTEPS * round(count / SUBSTEPS)
         origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
         return float(f"{count * own:.10g}"), origin, own
     whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
-    named = wish.fmu_step is not None or (whole and begun.kind in MOVING)
+    named = options.fmu_step is not None or (whole and declarations.kind in MOVING)
     return step, seen.origin, own if named else None
 
 
-def _substeps(begun: _Begun, step: float, fmu_step: float | None, jumps: bool) -> int:
+def _substeps(
+    declarations: ModelDeclarations, step: float, fmu_step: float | None, jumps: bool
+) -> int:
     """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not.
 
     A class may bend inputs in a way of its own; it gets parts only if inputs jump.
     """
-    if begun.kind not in MOVING or (begun.own and not jumps):
+    if declarations.kind not in MOVING or (declarations.own and not jumps):
         return 1
     if fmu_step is not None:
         return _parts(round(step / fmu_step))
-    parts = STAIRS if begun.system.climbs else SUBSTEPS
+    parts = STAIRS if declarations.system.holds_inputs_over_own_step else SUBSTEPS
     try:
-        finer = load_system(replace(begun.specification, step=step / parts))
+        finer = load_system(replace(declarations.specification, step=step / parts))
     except LoadError:  # the model has its own step
         return 1
     return parts if math.isclose(finer.step, step / parts) else 1
@@ -384,8 +397,8 @@ def _specification(
     )
 
 
-def _origin(wish: Wish) -> str:
+def _origin(options: InitOptions) -> str:
     """Return the origin of a step that is not proposed."""
-    if wish.step is not None:
+    if options.step is not None:
         return "The sample step in s that was given."
     return "The sample step in s that the model suggests."

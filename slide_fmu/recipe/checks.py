@@ -156,13 +156,13 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
         known += [(table, settings) for _, settings in every]
 
 
-def require_kinds_besides_alone(recipe: Recipe) -> None:
+def require_other_kinds(recipe: Recipe) -> None:
     """Refuse tables in which an input moves alone, but that say nowhere how it moves."""
     for table, kinds in recipe.tables_of_kinds().items():
         if kinds and not moving_by_themselves(kinds):
             raise ValueError(
-                f"{table}.excitation has the kind 'alone' only; expected another kind in this "
-                "table, which says how the input moves: add one, or remove 'alone'"
+                f"{table}.excitation has the kind 'one_at_a_time' only; expected another kind "
+                "in this table, which says how the input moves: add one, or remove 'one_at_a_time'"
             )
 
 
@@ -242,7 +242,7 @@ CHECKS = (
     require_fitting_tables,
     require_bound,
     require_kinds_in_one_table,
-    require_kinds_besides_alone,
+    require_other_kinds,
     require_beyond_learnt,
     require_data_of_estimator,
     require_fitting_into_memory,

@@ -79,7 +79,7 @@ def default_excitation(
     kept = [] if turning else [box]
     if len(widths) > 1:
         others = [_lighter(table, 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)) for table in others]
-        kept.append({"kind": "alone", "weight": ALONE_WEIGHT})
+        kept.append({"kind": "one_at_a_time", "weight": ALONE_WEIGHT})
     return [*others, *kept]
 
 

@@ -21,8 +21,8 @@ NO_TIMES = "none"
 
 
 @dataclass(frozen=True)
-class RecordWish:
-    """A RecordWish holds the options of a user for a recipe of records.
+class RecordOptions:
+    """RecordOptions are the options of a user for a recipe of records.
 
     Attributes:
         paths: the files, at least one.
@@ -43,7 +43,7 @@ class RecordWish:
     folder: Path = Path()
 
 
-def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
+def read_chosen(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, float | str]]:
     """Read the files, and return the keys with which a recipe reads them again.
 
     Columns that are not named are read only where no output is named.
@@ -53,46 +53,48 @@ def read_wished(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float |
         RecordError: a file cannot be read, or lacks a column.
     """
     try:
-        return _read(wish)
+        return _read(options)
     except MissingColumnsError as error:
-        options = {"--input": wish.inputs, "--output": wish.outputs, "--time": (wish.time,)}
+        named = {"--input": options.inputs, "--output": options.outputs, "--time": (options.time,)}
         wrong = [
             f"{option} COLUMN in place of {option} {name}"
-            for option, names in options.items()
+            for option, names in named.items()
             for name in names
             if name in error.missing
         ]
         raise RecordError(f"{error}; {', '.join(wrong)}") from error
 
 
-def _read(wish: RecordWish) -> tuple[tuple[Record, ...], dict[str, float | str]]:
-    named = (*wish.inputs, *wish.outputs)
-    read = partial(read_records, wish.paths, named, others=not wish.outputs)
-    if wish.time == NO_TIMES:
-        if wish.step is None:
+def _read(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, float | str]]:
+    named = (*options.inputs, *options.outputs)
+    read = partial(read_records, options.paths, named, others=not options.outputs)
+    if options.time == NO_TIMES:
+        if options.step is None:
             raise RecipeError(
                 f"--time {NO_TIMES} without --step; expected the sample step in s of a record "
                 "whose times are not used: add --step SECONDS"
             )
-        return read(step=wish.step), {"sample_step": wish.step}
+        return read(step=options.step), {"sample_step": options.step}
     try:
-        return read(time=wish.time), {} if wish.time is None else {"time": wish.time}
+        return read(time=options.time), {} if options.time is None else {"time": options.time}
     except NoTimesError as error:
-        if wish.step is None:
+        if options.step is None:
             raise RecordError(
                 f"{error}; with slide-fmu init: --time NAME, or --step SECONDS"
             ) from error
-        return read(step=wish.step), {"sample_step": wish.step}
+        return read(step=options.step), {"sample_step": options.step}
 
 
-def wished_columns(wish: RecordWish, record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def chosen_columns(
+    options: RecordOptions, record: Record
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the columns of inputs, and the columns of outputs.
 
     Raises:
         RecipeError: a column is both, or inputs or outputs are missing.
     """
-    inputs, found = tuple(wish.inputs), list(record.columns)
-    outputs = wish.outputs or tuple(name for name in found if name not in inputs)
+    inputs, found = tuple(options.inputs), list(record.columns)
+    outputs = options.outputs or tuple(name for name in found if name not in inputs)
     both = [name for name in inputs if name in outputs]
     if both:
         raise RecipeError(f"--input {both[0]} is an output too; expected one of both: remove one")

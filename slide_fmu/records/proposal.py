@@ -14,12 +14,12 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import names_of, proposed_name, require_name, widened
-from slide_fmu.propose.proposal import Proposal, Wish
+from slide_fmu.propose.proposal import InitOptions, Proposal
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.records.clock import clock_of_record, neat_step
-from slide_fmu.records.columns import RecordWish, read_wished, wished_columns
+from slide_fmu.records.columns import RecordOptions, chosen_columns, read_chosen
 from slide_fmu.records.division import By
 from slide_fmu.records.findings import examine
 from slide_fmu.records.model import PAIRINGS, recognises
@@ -39,24 +39,24 @@ MANY = 10
 """From this number of records on, they are divided as wholes."""
 
 
-def propose_wish(wish: Wish) -> Proposal | None:
-    """Propose a recipe for the records that a wish names; None where it names a model.
+def propose_from_options(options: InitOptions) -> Proposal | None:
+    """Propose a recipe for the records that the options name; None where they name a model.
 
     The kind that the user gives decides, or else the endings of the names.
 
     Raises:
         LoadError, RecipeError: as of ``propose_record``.
-        ValueError: the wish has options that are for models only.
+        ValueError: the options hold some that are for models only.
     """
-    models = wish.model, *wish.further
-    if wish.kind != KIND and (wish.kind is not None or not all(map(recognises, models))):
+    models = options.model, *options.further
+    if options.kind != KIND and (options.kind is not None or not all(map(recognises, models))):
         return None
     given: dict[str, object] = {
-        "hold": wish.hold,
-        "fmu-step": wish.fmu_step,
-        "chain": wish.chain,
-        "loop": " ".join(wish.loops) or None,
-        "jumps": "" if wish.jumps else None,
+        "hold": options.hold,
+        "fmu-step": options.fmu_step,
+        "chain": options.chain,
+        "loop": " ".join(options.loops) or None,
+        "jumps": "" if options.jumps else None,
     }
     for name, value in given.items():
         if value is not None:
@@ -65,11 +65,19 @@ def propose_wish(wish: Wish) -> Proposal | None:
                 "inputs as they were measured"
             )
     return propose_record(
-        RecordWish(models, wish.inputs, wish.outputs, wish.step, wish.time, wish.name, wish.folder)
+        RecordOptions(
+            models,
+            options.inputs,
+            options.outputs,
+            options.step,
+            options.time,
+            options.name,
+            options.folder,
+        )
     )
 
 
-def propose_record(wish: RecordWish) -> Proposal:
+def propose_record(options: RecordOptions) -> Proposal:
     """Propose a recipe for records, which are read and examined.
 
     Raises:
@@ -78,33 +86,33 @@ def propose_record(wish: RecordWish) -> Proposal:
             name is not allowed for a recipe, or the records are too short for the memory of the
             machine.
     """
-    require_name(wish.name)
+    require_name(options.name)
     try:
-        return _proposed(wish)
+        return _proposed(options)
     except RecordError as error:
         raise RecipeError(str(error)) from error
 
 
-def _proposed(wish: RecordWish) -> Proposal:
-    records, parameters = read_wished(wish)
-    names = wished_columns(wish, records[0])
+def _proposed(options: RecordOptions) -> Proposal:
+    records, parameters = read_chosen(options)
+    names = chosen_columns(options, records[0])
     findings = examine(records, *names)
     refused = [finding.message for finding in findings if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))
-    step, step_origin = _step(wish, records[0])
+    step, step_origin = _step(options, records[0])
     acts = _acts(records, names)
     if acts.pairing != PAIRINGS[acts.hold]:
         parameters["pairing"] = acts.pairing
     remarks = [finding.message for finding in findings]
-    inputs = tuple(_signal(records, n, wish.inputs.get(n), acts, remarks) for n in names[0])
+    inputs = tuple(_signal(records, n, options.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     _require_different((*names[0], *names[1]), (*inputs, *outputs))
     numbers = same_inputs([record.chosen(names[0]) for record in records])
     different = int(numbers.max()) + 1
     by, by_origin = _division(len(records), different < len(numbers))
     whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
-    name = proposed_name(wish.paths[0], wish.name)
+    name = proposed_name(options.paths[0], options.name)
     draft = RecordDraft(
         name,
         f"{name}: inputs {names_of(inputs)}, outputs {names_of(outputs)}, from measured records",
@@ -112,13 +120,13 @@ def _proposed(wish: RecordWish) -> Proposal:
         outputs,
         step,
         step_origin,
-        tuple(Path(os.path.relpath(path, wish.folder)).as_posix() for path in wish.paths),
+        tuple(Path(os.path.relpath(path, options.folder)).as_posix() for path in options.paths),
         by,
         by_origin,
         whole and different >= ENOUGH,
         parameters,
     )
-    draft, more = held_against(draft, wish.paths)
+    draft, more = held_against(draft, options.paths)
     return Proposal(record_recipe_text(draft), draft, (*remarks, *more))
 
 
@@ -132,9 +140,9 @@ def _division(records: int, comes_again: bool) -> tuple[By, str]:
     return "block", origin
 
 
-def _step(wish: RecordWish, record: Record) -> tuple[float, str]:
-    if wish.step is not None:
-        return wish.step, "The sample step in s that was given."
+def _step(options: RecordOptions, record: Record) -> tuple[float, str]:
+    if options.step is not None:
+        return options.step, "The sample step in s that was given."
     clock = clock_of_record(record)
     return neat_step(
         clock, clock.longest(len(record.time))

@@ -133,7 +133,8 @@ class System(Source):
         follows_rates: whether it declares that the rates of its inputs act too, for example in a
             damper whose end is an input.
         input_remark: remark on how its inputs act, for people; or None.
-        climbs: whether its steps hold their inputs, so that moving ones are stairs.
+        holds_inputs_over_own_step: whether inputs are held over its own step, so that moving ones
+            become stairs.
         finer: the same system between its samples; None where inputs go straight from one to the
             next.
         solved_by: name of what integrates it, for people; None where it is not known.
@@ -145,7 +146,7 @@ class System(Source):
     own_step: float | None = None
     follows_rates: bool = False
     input_remark: str | None = None
-    climbs: bool = False
+    holds_inputs_over_own_step: bool = False
     finer: Finer | None = None
     solved_by: str | None = None
     fineness: Mapping[str, float] = MappingProxyType({})

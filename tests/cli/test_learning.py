@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu import Learnt, learn, validate
+from slide_fmu import RunResult, learn, validate
 from slide_fmu.cli.learning import _recipe_tables
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
@@ -58,13 +58,13 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def learnt(runs: Path) -> Learnt:
+def learnt(runs: Path) -> RunResult:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(motions, "MOTIONS", 4)
         return learn(oscillator(), "oscillator", runs=runs, **SMALL)
 
 
-def test_system_of_a_session_is_learnt_to_a_small_error(learnt: Learnt) -> None:
+def test_system_of_a_session_is_learnt_to_a_small_error(learnt: RunResult) -> None:
     assert set(learnt.errors) == {"position"}
     assert learnt.errors["position"] < 0.03
     assert learnt.report.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
@@ -72,7 +72,7 @@ def test_system_of_a_session_is_learnt_to_a_small_error(learnt: Learnt) -> None:
 
 
 def test_learnt_surrogate_is_that_of_the_fmu_and_is_exported_again(
-    learnt: Learnt, tmp_path: Path
+    learnt: RunResult, tmp_path: Path
 ) -> None:
     again = learnt.export(tmp_path / "again.fmu", fmi=3)
     assert load(again).to_bytes() == learnt.surrogate.to_bytes()
@@ -95,14 +95,14 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
     assert not other.forecast.sampled
 
 
-def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: Learnt) -> None:
+def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: RunResult) -> None:
     with refused(LoadError, "Python session", "system="):
         validate(learnt.fmu, trajectories=1, workers=0)
     found = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
     assert found["outputs"][0]["relative_rmse"] == learnt.errors["position"]
 
 
-def test_object_that_the_fmu_was_not_learnt_from_is_refused(learnt: Learnt) -> None:
+def test_object_that_the_fmu_was_not_learnt_from_is_refused(learnt: RunResult) -> None:
     linear = Path(__file__).parents[2] / "fmus" / "linear" / "linear.fmu"
     with refused(StageError, "expected no system", "leave it out"):
         validate(linear, system=oscillator())
@@ -114,7 +114,7 @@ def test_object_that_the_fmu_was_not_learnt_from_is_refused(learnt: Learnt) -> N
 
 @pytest.mark.extended
 def test_what_was_learnt_is_not_learnt_again(
-    learnt: Learnt, runs: Path, capsys: pytest.CaptureFixture[str]
+    learnt: RunResult, runs: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     capsys.readouterr()
     again = learn(oscillator(), "oscillator", runs=runs, **SMALL)
@@ -126,7 +126,7 @@ def test_what_was_learnt_is_not_learnt_again(
 
 @pytest.mark.extended
 def test_changed_function_is_noticed_and_learnt_anew_when_asked(
-    learnt: Learnt, runs: Path
+    learnt: RunResult, runs: Path
 ) -> None:
     with refused(StoreError, "model"):
         learn(oscillator(120.0), "oscillator", runs=runs, **SMALL)

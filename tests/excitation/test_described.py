@@ -134,7 +134,11 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         "accelerations of up to 5 rad/s^2 (a box: moves reach both); some moves stop or turn back "
         "on the way; set points are held for 0.02 to 0.06 s",
     ),
-    "alone": (MIXED, {}, "one input alone moves, as in the other kinds, and the others rest"),
+    "one_at_a_time": (
+        MIXED,
+        {},
+        "one input alone moves, as in the other kinds, and the others rest",
+    ),
     "box": (
         MIXED,
         {"duration": [2.0, 5.0], "ramp": [0.1, 1.0]},

@@ -10,7 +10,7 @@ import pytest
 from slide_fmu.core.signals import Signal
 from slide_fmu.memory.integral import integral
 from slide_fmu.memory.sizing import NotForgettingError
-from slide_fmu.propose.proposal import Wish, propose
+from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.systems.base import System
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.loading import load_system
@@ -103,7 +103,9 @@ def refuse(folder: Path, step: float | None, damping: float) -> list[int]:
         encoding="utf-8",
     )
     with refused(NotForgettingError, "a free direction", "No window can hold it"):
-        propose(Wish(str(place), step=step), lambda done, total, error=None: shown.append(done))
+        propose(
+            InitOptions(str(place), step=step), lambda done, total, error=None: shown.append(done)
+        )
     return shown
 
 

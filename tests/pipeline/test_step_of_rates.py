@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.core.progress import quiet
-from slide_fmu.propose.first_look import Looking, look
+from slide_fmu.propose.first_look import FirstLookSettings, look
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
@@ -40,7 +40,7 @@ FASTEST = math.sqrt(4e4 / 10.0) / (2 * math.pi)
 def looked(path: Path, text: str) -> tuple[float, str]:
     path.write_text(text, encoding="utf-8")
     specification = Specification(str(path), kind="function", outputs=FORCE)
-    found = look(Looking(specification, "", None), quiet)
+    found = look(FirstLookSettings(specification, "", None), quiet)
     return found.step, found.origin
 
 

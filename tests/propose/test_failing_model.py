@@ -12,7 +12,7 @@ from slide_fmu.cli.app import app
 from slide_fmu.data import failing_motions, simulation_time
 from slide_fmu.memory import motions
 from slide_fmu.propose import first_look, trial
-from slide_fmu.propose.proposal import Wish, propose
+from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.systems.errors import SimulationError
 from tests.progress import silent
@@ -82,8 +82,8 @@ def test_proposal_draws_other_motions_and_says_so(
 ) -> None:
     """White noise over the whole range breaks the spring for sure; its half shows the step."""
     monkeypatch.setattr(failing_motions, "LEAST", 4)  # motions that may fail, of 13
-    found = propose(Wish(str(written(tmp_path, 0.85))), silent)
-    whole = propose(Wish(str(written(tmp_path / "whole", 9.0))), silent)
+    found = propose(InitOptions(str(written(tmp_path, 0.85))), silent)
+    whole = propose(InitOptions(str(written(tmp_path / "whole", 9.0))), silent)
     assert whole.remarks == ()
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)
     step_remark, failed = found.remarks
@@ -97,7 +97,7 @@ def test_proposal_draws_other_motions_and_says_so(
 
 def test_proposal_for_a_model_that_fails_often_says_why(tmp_path: Path) -> None:
     with pytest.raises(SimulationError, match=r"the spring breaks") as raised:
-        propose(Wish(str(written(tmp_path, 0.02)), step=0.1), silent)
+        propose(InitOptions(str(written(tmp_path, 0.02)), step=0.1), silent)
     assert "2 may fail" in str(raised.value)
     assert "narrow the ranges of its inputs" in str(raised.value)
 

@@ -14,7 +14,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
 from slide_fmu.propose import first_look
 from slide_fmu.propose.draft_signals import parse_range
-from slide_fmu.propose.proposal import Wish, propose
+from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import LoadError
@@ -56,7 +56,7 @@ def invoke(*arguments: str) -> Result:
 
 
 def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
-    found = propose(Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
+    found = propose(InitOptions(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
     recipe = parse_open_recipe(found.text, "proposal").guess
     assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
     assert recipe.system.model == "slow_lag.py"
@@ -75,8 +75,8 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
 
 @pytest.mark.parametrize("jumps", [False, True])
 def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
-    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, jumps=jumps)
-    found = propose(wish, silent)
+    options = InitOptions(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, jumps=jumps)
+    found = propose(options, silent)
     recipe = parse_open_recipe(found.text, "proposal").guess
     assert recipe.data.jumps is jumps
     assert ("\n# jumps = true\n" in found.text) is not jumps
@@ -85,15 +85,19 @@ def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
 
 @pytest.mark.extended
 def test_jumps_of_inputs_that_are_held_are_refused(lag: Path) -> None:
-    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, step=0.1, hold="zero_order", jumps=True)
+    options = InitOptions(
+        str(lag), {"force": (-2.0, 2.0)}, step=0.1, hold="zero_order", jumps=True
+    )
     with refused(RecipeError, "--jumps", "held over each step", "leave it out"):
-        propose(wish, silent)
+        propose(options, silent)
 
 
 @pytest.mark.extended
 def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
-    wish = Wish(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order")
-    assert parse_open_recipe(propose(wish, silent).text, "proposal").guess.data.substeps == 1
+    options = InitOptions(
+        str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order"
+    )
+    assert parse_open_recipe(propose(options, silent).text, "proposal").guess.data.substeps == 1
 
 
 @pytest.mark.extended
@@ -110,7 +114,9 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     monkeypatch.setattr(first_look, "SAMPLES", 200)
     car = str(build_in_python(tmp_path / "car.fmu"))
     road = {"road": (-0.1, 0.1)}
-    proposal = propose(Wish(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent)
+    proposal = propose(
+        InitOptions(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent
+    )
     recipe = parse_open_recipe(proposal.text, "proposal").guess
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
@@ -133,8 +139,8 @@ def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
     """Over its own step its inputs are held; over a longer one they move by such steps."""
     monkeypatch.setattr(first_look, "SAMPLES", 200)
     car = build_in_c(tmp_path / "car.fmu", co_simulation=True)
-    wish = Wish(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
-    found = propose(wish, silent)
+    options = InitOptions(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
+    found = propose(options, silent)
     recipe = parse_open_recipe(found.text, "proposal").guess
     assert recipe.window.step == (step or 0.005)
     assert recipe.system.inputs["road"].hold == hold
@@ -146,14 +152,14 @@ def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
 
 def test_step_that_is_no_whole_number_of_an_importers_is_refused(tmp_path: Path) -> None:
     car = str(build_in_python(tmp_path / "car.fmu"))
-    wish = Wish(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
+    options = InitOptions(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
     with refused(RecipeError, "--step 0.05 with --fmu-step 0.003", "--step 0.051"):
-        propose(wish, silent)
+        propose(options, silent)
 
 
 def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
     with refused(RecipeError, "--fmu-step 0.001 for", "expected a positive number"):
-        propose(Wish(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
+        propose(InitOptions(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
 
 
 @pytest.mark.extended
@@ -168,19 +174,19 @@ def test_input_that_changes_no_output_is_named(lag: Path) -> None:
 
 
 def remarks_of(model: Path) -> tuple[str, ...]:
-    return propose(Wish(str(model), {"force": (-2.0, 2.0)}, step=0.1), silent).remarks
+    return propose(InitOptions(str(model), {"force": (-2.0, 2.0)}, step=0.1), silent).remarks
 
 
 def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
-    wish = Wish(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
-    found = parse_open_recipe(propose(wish, silent).text, "proposal").guess
+    options = InitOptions(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
+    found = parse_open_recipe(propose(options, silent).text, "proposal").guess
     assert list(found.system.inputs) == ["force", "spare"]
     assert list(found.system.outputs) == ["position", "double"]
     assert found.system.outputs["double"].range == (-9.0, 9.0)
 
 
 @pytest.mark.parametrize(
-    ("wish", "message"),
+    ("options", "message"),
     [
         ({}, r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH"),
         (
@@ -195,10 +201,10 @@ def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
     ],
 )
 def test_proposal_without_what_it_needs_is_refused(
-    lag: Path, wish: dict[str, object], message: str
+    lag: Path, options: dict[str, object], message: str
 ) -> None:
     with pytest.raises(RecipeError, match=message):
-        propose(Wish(str(lag), **wish), silent)  # type: ignore[arg-type]
+        propose(InitOptions(str(lag), **options), silent)  # type: ignore[arg-type]
 
 
 CLASS = '''
@@ -224,7 +230,7 @@ class Lag(slide.System):
 
 
 @pytest.mark.parametrize(
-    ("wish", "message"),
+    ("options", "message"),
     [
         (
             {"inputs": {"u": (-3.0, 3.0)}},
@@ -238,13 +244,15 @@ class Lag(slide.System):
     ],
 )
 def test_choice_among_the_signals_of_a_class_is_refused(
-    tmp_path: Path, wish: dict[str, object], message: str
+    tmp_path: Path, options: dict[str, object], message: str
 ) -> None:
     path = tmp_path / "lag.py"
     path.write_text(CLASS)
     with pytest.raises(RecipeError, match=message):
-        propose(Wish(str(path), step=0.1, **wish), silent)  # type: ignore[arg-type]
-    found = parse_open_recipe(propose(Wish(str(path), step=0.1), silent).text, "proposal").guess
+        propose(InitOptions(str(path), step=0.1, **options), silent)  # type: ignore[arg-type]
+    found = parse_open_recipe(
+        propose(InitOptions(str(path), step=0.1), silent).text, "proposal"
+    ).guess
     assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
 
 
@@ -255,19 +263,19 @@ def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
     monkeypatch.setattr(first_look, "SAMPLES", 50)
     build_libraries()
     fmu = export_fmu(sum_surrogate(16), tmp_path / "window_sum.fmu")
-    proposal = propose(Wish(str(fmu)), silent)
+    proposal = propose(InitOptions(str(fmu)), silent)
     found = parse_open_recipe(proposal.text, "proposal").guess
     assert list(found.system.outputs) == ["y"]
     assert found.system.outputs["y"].range == (-1.0, 9.0)
     assert found.system.inputs["u"].hold == "zero_order"  # though the FMU can interpolate it
     assert found.window.step == sum_surrogate(16).window.step
     assert any("slide-fmu wrote this FMU" in remark for remark in proposal.remarks)
-    wish = Wish(str(fmu), outputs=("window_filled",))
-    other = parse_open_recipe(propose(wish, silent).text, "proposal").guess
+    options = InitOptions(str(fmu), outputs=("window_filled",))
+    other = parse_open_recipe(propose(options, silent).text, "proposal").guess
     assert list(other.system.outputs) == ["window_filled"]
     step = sum_surrogate(16).window.step
     by_steps = parse_open_recipe(
-        propose(Wish(str(fmu), fmu_step=step / 4), silent).text, "proposal"
+        propose(InitOptions(str(fmu), fmu_step=step / 4), silent).text, "proposal"
     ).guess
     assert by_steps.system.inputs["u"].hold == "zero_order"  # it stays what the model declares
     assert by_steps.system.parameters == {"fmu-step": step / 4}
@@ -278,14 +286,14 @@ def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "nothing.py"
     path.write_text("x = 1\n")
     with refused(LoadError, "expected an FMU", "known kind"):
-        propose(Wish(str(path)), silent)
+        propose(InitOptions(str(path)), silent)
 
 
 def test_model_that_cannot_be_run_is_named_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "broken.py"
     path.write_text("import numpy\n\nvalue = 1 / 0\n")
     with refused(LoadError, "ZeroDivisionError", "broken.py, line 3"):
-        propose(Wish(str(path)), silent)
+        propose(InitOptions(str(path)), silent)
 
 
 @pytest.mark.parametrize("text", ["force=1", "force=2..1", "force=a..b", "=1..2", "force=1..1"])
@@ -296,14 +304,14 @@ def test_range_that_is_none_is_refused(text: str) -> None:
 
 def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
     with refused(RecipeError, "expected a letter", "--name 'a", "--name a_b"):
-        propose(Wish(str(lag), name="a b"), silent)
+        propose(InitOptions(str(lag), name="a b"), silent)
 
 
 def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
     with refused(RecipeError, "--input force is given twice"):
         parse_range(["force=0..1", "force=0..2"])
     with refused(RecipeError, "--output position is given twice"):
-        propose(Wish(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
+        propose(InitOptions(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
 
 
 def test_ranges_are_read_in_their_order() -> None:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from slide_fmu.cli.app import app
 from slide_fmu.features.urdf import UrdfError
 from slide_fmu.propose import first_look
-from slide_fmu.propose.proposal import Proposal, Wish, propose
+from slide_fmu.propose.proposal import InitOptions, Proposal, propose
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
@@ -50,10 +50,10 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def proposed(chain: str | None = None, model: str = "two_link_arm.py") -> tuple[Proposal, Recipe]:
-    wish = Wish(
+    options = InitOptions(
         model, step=0.01, folder=Path("recipes"), chain=None if chain is None else Path(chain)
     )
-    proposal = propose(wish, silent)
+    proposal = propose(options, silent)
     return proposal, parse_open_recipe(proposal.text, "proposal").guess
 
 

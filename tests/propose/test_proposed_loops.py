@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.core.progress import quiet
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.propose.proposal import Wish, propose, propose_unsimulated
+from slide_fmu.propose.proposal import InitOptions, propose, propose_unsimulated
 from slide_fmu.propose.proposed_loops import proposed_loops
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
@@ -66,7 +66,7 @@ def spring(force: str = FORCE, du: str = "") -> str:
 @pytest.mark.extended
 def test_init_writes_loops_and_repeats_their_warnings(tmp_path: Path) -> None:
     path = written(tmp_path, spring("-1000.0 * u[0] - 400.0 * du[0]", ", du"))
-    found = propose(Wish(path, step=0.01, folder=tmp_path, loops=("force:place",)), quiet)
+    found = propose(InitOptions(path, step=0.01, folder=tmp_path, loops=("force:place",)), quiet)
     (loop,) = parse_open_recipe(found.text, "part.toml").guess.loop
     assert (loop.output, loop.input) == ("force", "place")
     (remark,) = [remark for remark in found.remarks if remark.startswith("The interface is stiff")]
@@ -122,14 +122,14 @@ def test_pairs_that_are_no_loop_are_refused(tmp_path: Path, loop: str, words: li
 
 def test_wrong_pairs_are_refused_before_the_model_is_simulated(tmp_path: Path) -> None:
     with refused(RecipeError, "--loop 'force'", "expected OUTPUT:INPUT"):
-        propose(Wish(str(tmp_path / "none.py"), loops=("force",)), quiet)
+        propose(InitOptions(str(tmp_path / "none.py"), loops=("force",)), quiet)
 
     def simulated(*_: int) -> None:
         raise AssertionError
 
     model = written(tmp_path, spring())
     with refused(RecipeError, "--loop force:plaec", "expected one of ['place']"):
-        propose(Wish(model, loops=("force:plaec",)), simulated)
+        propose(InitOptions(model, loops=("force:plaec",)), simulated)
 
 
 def test_whole_simulations_are_refused(tmp_path: Path) -> None:
@@ -141,9 +141,9 @@ def test_whole_simulations_are_refused(tmp_path: Path) -> None:
 
 
 def test_records_have_no_loops(tmp_path: Path) -> None:
-    wish = Wish(str(tmp_path / "a.csv"), kind="record", loops=("force:place",))
+    options = InitOptions(str(tmp_path / "a.csv"), kind="record", loops=("force:place",))
     with refused(ValueError, "--loop force:place for records", "expected none"):
-        propose_unsimulated(wish)
+        propose_unsimulated(options)
 
 
 @pytest.mark.parametrize("loops", [(), ("force:place",)], ids=["alone", "in a loop"])
@@ -155,7 +155,9 @@ def test_angle_that_a_partner_decides_is_no_set_point_of_a_drive(
         .replace('"m"', '"rad"')
         .replace('"N"', '"N.m"')
     )
-    found = propose(Wish(written(tmp_path, text), step=0.01, folder=tmp_path, loops=loops), quiet)
+    found = propose(
+        InitOptions(written(tmp_path, text), step=0.01, folder=tmp_path, loops=loops), quiet
+    )
     recipe = parse_open_recipe(found.text, "part.toml").guess
     of_drives = {"point_to_point", "axis_moves"} & {one.kind for one in recipe.data.excitation}
     assert bool(of_drives) == (not loops)

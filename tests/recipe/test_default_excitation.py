@@ -120,9 +120,9 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
 @pytest.mark.parametrize("inputs", ["held", "moving", "rates"])
 def test_each_of_several_inputs_also_moves_alone(inputs: InputKind) -> None:
     of_one = default_excitation(0.01, inputs, [2.0])
-    assert "alone" not in {table["kind"] for table in of_one}
+    assert "one_at_a_time" not in {table["kind"] for table in of_one}
     *others, alone = default_excitation(0.01, inputs, [2.0, 5.0])
-    assert alone == {"kind": "alone", "weight": 0.2}
+    assert alone == {"kind": "one_at_a_time", "weight": 0.2}
     assert [table["kind"] for table in others] == [table["kind"] for table in of_one]
     weights = [table["weight"] for table in (*others, alone)]
     assert sum(weights) == pytest.approx(1.0, abs=0.01)
@@ -141,7 +141,7 @@ def test_an_angle_and_another_input_get_kinds_that_can_drive_both(inputs: InputK
     kinds = TypeAdapter(list[Excitation]).validate_python(tables)
     for kind in kinds:
         kind.check(signals)
-    assert "alone" in [kind.kind for kind in kinds]
+    assert "one_at_a_time" in [kind.kind for kind in kinds]
 
 
 def test_recipe_with_an_angle_and_another_input_can_be_driven() -> None:

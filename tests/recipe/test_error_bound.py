@@ -106,7 +106,7 @@ def test_further_kind_that_the_networks_learn_from_is_refused() -> None:
 
 @pytest.mark.parametrize("table", ["validation", "bound"])
 def test_inputs_that_move_alone_need_another_kind_in_their_table(table: str) -> None:
-    alone = {"kind": "alone", "weight": 1.0}
+    alone = {"kind": "one_at_a_time", "weight": 1.0}
     sine = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
 
     def recipe(*kinds: dict[str, object]) -> Recipe:
@@ -114,15 +114,15 @@ def test_inputs_that_move_alone_need_another_kind_in_their_table(table: str) -> 
         return tiny_state_space_recipe(**tables, data=LONG)
 
     assert [kind.kind for kind in recipe(alone, sine).tables_of_kinds()[table]] == [
-        "alone",
+        "one_at_a_time",
         "harmonic",
     ]
-    with refused(ValueError, f"{table}.excitation has the kind 'alone' only", "add one"):
+    with refused(ValueError, f"{table}.excitation has the kind 'one_at_a_time' only", "add one"):
         recipe(alone)
 
 
 def test_inputs_may_move_alone_as_the_kinds_of_several_tables() -> None:
-    alone = {"kind": "alone", "weight": 1.0}
+    alone = {"kind": "one_at_a_time", "weight": 1.0}
     sine = {"kind": "harmonic", "weight": 1.0, "angular_frequency": [1.0, 2.0]}
     recipe = tiny_state_space_recipe(
         bound={"excitation": [alone, sine]},

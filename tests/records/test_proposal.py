@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli.app import app
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.columns import RecordWish
+from slide_fmu.records.columns import RecordOptions
 from slide_fmu.records.proposal import propose_record
 from tests.own_records import STEP, force_and_travel, write_record
 from tests.refusals import refused
@@ -23,8 +23,8 @@ def invoke(*arguments: object) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def recipe_for(path: Path, **wish: object) -> Recipe:
-    wished = RecordWish((str(path),), inputs={"force": None}, **wish)  # type: ignore[arg-type]
+def recipe_for(path: Path, **options: object) -> Recipe:
+    wished = RecordOptions((str(path),), inputs={"force": None}, **options)  # type: ignore[arg-type]
     return parse_open_recipe(propose_record(wished).text, "proposed").guess
 
 
@@ -112,7 +112,7 @@ def test_record_of_two_samples_is_refused(tmp_path: Path) -> None:
 
 def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv", 1000)
-    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    proposal = propose_record(RecordOptions((str(path),), {"force": None}))
     assert parse_open_recipe(proposal.text, "proposed").guess.window.remaining_amplitude == 0.01
     assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
 
@@ -126,8 +126,8 @@ def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate
         recipe_for(write_columns(tmp_path / "a.csv", **columns))
 
 
-def repeated(folder: Path, waves: int, period: int) -> RecordWish:
-    """Wish for a recipe of a record of 24 000 samples, in which each wave comes several times."""
+def repeated(folder: Path, waves: int, period: int) -> RecordOptions:
+    """Return options for a record of 24 000 samples, in which each wave comes several times."""
     rng, times = np.random.default_rng(0), 24_000 // period // waves
     force = np.concatenate([np.tile(rng.normal(size=period), times) for _ in range(waves)])
     columns = {
@@ -135,7 +135,7 @@ def repeated(folder: Path, waves: int, period: int) -> RecordWish:
         "force": force,
         "travel": lfilter([1], [1, -0.9], force),
     }
-    return RecordWish((str(write_columns(folder / "a.csv", **columns)),), {"force": None})
+    return RecordOptions((str(write_columns(folder / "a.csv", **columns)),), {"force": None})
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_records_of_one_drive_signal_are_remarked_by_their_names(
         travel = lfilter([1], [1, -0.9], signals[drive]) + 0.01 * rng.normal(size=1500)
         columns = {"time": STEP * np.arange(1500), "force": signals[drive], "travel": travel}
         paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
-    proposal = propose_record(RecordWish(tuple(paths), {"force": None}))
+    proposal = propose_record(RecordOptions(tuple(paths), {"force": None}))
     assert parse_open_recipe(proposal.text, "proposed").guess.data.by == "block"
     [remark] = [remark for remark in proposal.remarks if "come again" in remark]
     alike = [f"{number}.csv" for number, drive in enumerate(drives) if drive == 0]
@@ -178,7 +178,7 @@ def test_records_of_one_drive_signal_are_remarked_by_their_names(
 
 def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
     paths = tuple(str(write_record(tmp_path / f"{n}.csv", 400, seed=n)) for n in range(12))
-    proposal = propose_record(RecordWish(paths, {"force": None}, folder=tmp_path))
+    proposal = propose_record(RecordOptions(paths, {"force": None}, folder=tmp_path))
     recipe = parse_open_recipe(proposal.text, "proposed").guess
     assert (recipe.data.by, len(recipe.system.further)) == ("record", 11)
     assert recipe.system.model == "0.csv"
@@ -186,7 +186,7 @@ def test_many_records_are_divided_as_whole_ones(tmp_path: Path) -> None:
 
 def test_unit_that_fmi_does_not_know_is_remarked_and_left_out(tmp_path: Path) -> None:
     path = write_record(tmp_path / "a.csv", header="time [s],force [pond],travel [m]")
-    proposal = propose_record(RecordWish((str(path),), {"force": None}))
+    proposal = propose_record(RecordOptions((str(path),), {"force": None}))
     assert parse_open_recipe(proposal.text, "proposed").guess.system.inputs["force"].unit == "1"
     assert any("'pond', which FMI does not know" in remark for remark in proposal.remarks)
 
@@ -235,8 +235,8 @@ def test_init_and_try_lead_from_a_record_to_its_window(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     write_record(tmp_path / "bench.csv", 6000, noise=0.01)
-    begun = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
-    assert begun.exit_code == 0, begun.output
+    declarations = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
+    assert declarations.exit_code == 0, declarations.output
     recipe = " ".join((tmp_path / "bench.toml").read_text(encoding="utf-8").split())
     assert "Half of the hidden units" in recipe
     assert "the shares of all samples for the training," in recipe

@@ -188,7 +188,7 @@ def test_an_input_that_moves_alone_moves_no_faster_than_the_other_kinds(case: Ca
     tables = [
         {"kind": "multisine", "weight": 1.0, "amplitude": [0.01, 0.1],
          "angular_frequency": [0.1, 2.0]},
-        {"kind": "alone", "weight": 1.0},
+        {"kind": "one_at_a_time", "weight": 1.0},
     ]  # fmt: skip
     kinds = TypeAdapter(tuple[Excitation, ...]).validate_python(tables)
     assert band_of(recipe.with_kinds(kinds))[1] == pytest.approx(2.0 / (2 * np.pi))

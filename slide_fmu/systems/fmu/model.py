@@ -146,7 +146,9 @@ class FmuSystem(Jumping):
         self.input_remark = _remark_on_inputs(plan.file, hold_of(plan.inputs))
         self.remarks = (*_remarks_on(plan.file), self.input_remark)
         self.own_step = plan.file.held_step
-        self.climbs = plan.file.interface == "co_simulation" and not plan.file.interpolates
+        self.holds_inputs_over_own_step = (
+            plan.file.interface == "co_simulation" and not plan.file.interpolates
+        )
         self.plan = plan
         self.solved_by, self.fineness = _solver_of(plan)
         self._runs = Runs(self._make_steps)

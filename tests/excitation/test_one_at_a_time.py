@@ -10,9 +10,9 @@ import pytest
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.draws import Stream, draw_inputs
-from slide_fmu.excitation.alone import Alone
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import drawing_kind
+from slide_fmu.excitation.one_at_a_time import OneAtATime
 from tests.excitation.drawn import JOINTS, kind_of, motion
 from tests.recipes import tiny_recipe
 
@@ -29,9 +29,9 @@ SINE = kind_of("harmonic", angular_frequency=[5.0, 20.0])
 HELD = kind_of("held_random")
 
 
-def alone_as(other: object) -> Alone:
-    found = kind_of("alone")
-    assert isinstance(found, Alone)
+def alone_as(other: object) -> OneAtATime:
+    found = kind_of("one_at_a_time")
+    assert isinstance(found, OneAtATime)
     return found.like(other)  # type: ignore[arg-type]
 
 
@@ -87,34 +87,36 @@ def test_motion_bends_between_samples_if_that_of_the_other_kind_does() -> None:
 
 @pytest.mark.parametrize("signals", [(FORCE,), ANGLE])
 def test_a_single_input_is_refused(signals: tuple[Signal, ...]) -> None:
-    with pytest.raises(ValueError, match=r"kind = 'alone' with the input .* two inputs or more"):
-        kind_of("alone").check(signals)
+    with pytest.raises(
+        ValueError, match=r"kind = 'one_at_a_time' with the input .* two inputs or more"
+    ):
+        kind_of("one_at_a_time").check(signals)
 
 
 def test_other_kinds_are_chosen_by_their_weights() -> None:
     usual = [
-        kind_of("alone"),
+        kind_of("one_at_a_time"),
         SINE,
         HELD.model_copy(update={"weight": 3.0}),
-        kind_of("alone").model_copy(update={"weight": 50.0}),
+        kind_of("one_at_a_time").model_copy(update={"weight": 50.0}),
     ]
     rng = np.random.default_rng(1)
     found = [drawing_kind(usual[0], usual, rng) for _ in range(400)]
-    assert all(isinstance(kind, Alone) for kind in found)
+    assert all(isinstance(kind, OneAtATime) for kind in found)
     assert sum(kind.bends for kind in found) / len(found) == pytest.approx(0.25, abs=0.06)
     assert drawing_kind(SINE, usual, rng) is SINE
 
 
 def test_outer_inputs_of_a_loop_may_move_alone() -> None:
     loop = LoopRecipe(output="place", input="force", weight=1.0, stiffness=(10.0, 90.0))
-    usual, rng = [kind_of("alone"), SINE], np.random.default_rng(2)
+    usual, rng = [kind_of("one_at_a_time"), SINE], np.random.default_rng(2)
     found = [drawing_kind(loop, usual, rng) for _ in range(200)]
-    assert sum(isinstance(kind, Alone) for kind in found) == pytest.approx(100, abs=30)
+    assert sum(isinstance(kind, OneAtATime) for kind in found) == pytest.approx(100, abs=30)
     assert all(kind.bends for kind in found)
 
 
 def test_a_mix_draws_motions_of_one_input() -> None:
-    kinds = (kind_of("steps", duration=[0.3, 0.5]), kind_of("alone"))
+    kinds = (kind_of("steps", duration=[0.3, 0.5]), kind_of("one_at_a_time"))
     recipe = tiny_recipe().with_kinds(kinds)
     stream = Stream(0, 5, (1.0, 1.0), 300 * recipe.window.step)
     system = SimpleNamespace(inputs=SIGNALS)

@@ -12,14 +12,14 @@ from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.excitation.base import Kind
 
 
-class Alone(Kind):
+class OneAtATime(Kind):
     """One random input moves as in another kind of the same mix, and the others rest.
 
     They rest at their start values, or where the other kind would let them begin.
     Cosine and sine of an angle are one input. The amplitude factor acts as in the other kind.
     """
 
-    kind: Literal["alone"]
+    kind: Literal["one_at_a_time"]
     _like: Kind | None = PrivateAttr(None)
 
     @property
@@ -36,7 +36,7 @@ class Alone(Kind):
         assert self._like is not None  # ``drawing_kind`` has chosen it
         return self._like.jumping(inputs)
 
-    def like(self, other: Kind) -> Alone:
+    def like(self, other: Kind) -> OneAtATime:
         """Return the kind whose input moves as in another kind; ``inputs`` needs that."""
         found = self.model_copy()
         found._like = other
@@ -50,8 +50,8 @@ class Alone(Kind):
         """
         if len(by_axis(signals)) < 2:
             raise ValueError(
-                f"kind = 'alone' with the input {' and '.join(s.name for s in signals)}; expected "
-                "two inputs or more: remove it"
+                f"kind = 'one_at_a_time' with the input {' and '.join(s.name for s in signals)}; "
+                "expected two inputs or more: remove it"
             )
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:

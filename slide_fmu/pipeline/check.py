@@ -16,8 +16,8 @@ from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import DESCRIPTION, FmuError, Provenance, read_fmu
 from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
-from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
+from slide_fmu.pipeline.card_check import card_problems
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.surrogate.surrogate import Surrogate
 

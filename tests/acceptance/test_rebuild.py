@@ -13,8 +13,8 @@ from fmus.rebuild import measure, rebuild
 from slide_fmu.core.version import WRITTEN_BY, own_version
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
-from slide_fmu.pipeline.agreement import card_problems
 from slide_fmu.pipeline.apps import app_problems, with_origins
+from slide_fmu.pipeline.card_check import card_problems
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.report.row_tables import kind_table

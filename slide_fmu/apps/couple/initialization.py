@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slide_fmu.apps.couple.agreement import agreed
+from slide_fmu.apps.couple.algebraic_loop import agreed
 from slide_fmu.apps.couple.component import Component, is_ours, range_of
 from slide_fmu.apps.couple.exchange import mixed, require_no_loop
 from slide_fmu.apps.couple.feedthrough import (

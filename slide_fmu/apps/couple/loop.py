@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.agreement import agreed
+from slide_fmu.apps.couple.algebraic_loop import agreed
 from slide_fmu.apps.couple.component import Component, StepOutputs
 from slide_fmu.core.signals import FloatArray
 

@@ -21,7 +21,7 @@ def _members(release: Release) -> Mapping[str, bytes]:
 
 
 def _problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
-    from slide_fmu.apps.credentials.agreement import metadata_problems
+    from slide_fmu.apps.credentials.metadata_check import metadata_problems
     from slide_fmu.apps.credentials.problems import credential_problems
 
     found = credential_problems(fmu, surrogate)

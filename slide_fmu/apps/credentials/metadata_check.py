@@ -12,7 +12,7 @@ from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.core.version import other_writer
 from slide_fmu.core.xml_differences import differences
 from slide_fmu.fmu.export import Provenance, read_member
-from slide_fmu.pipeline.agreement import compared_with_provenance, disagreements
+from slide_fmu.pipeline.card_check import compared_with_provenance, disagreements
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -21,7 +21,7 @@ def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | 
     """Compare the metadata of an FMU with the metadata that its provenance gives.
 
     The metadata of another version have other words and are not compared.
-    Arguments, result and errors are those of ``slide_fmu.pipeline.agreement.card_problems``.
+    Arguments, result and errors are those of ``slide_fmu.pipeline.card_check.card_problems``.
     """
 
     content = read_member(fmu, METADATA)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.apps.credentials.agreement import metadata_problems
 from slide_fmu.apps.credentials.members import METADATA
+from slide_fmu.apps.credentials.metadata_check import metadata_problems
 from slide_fmu.core.version import WRITTEN_BY, own_version
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder
 from slide_fmu.pipeline.check import check

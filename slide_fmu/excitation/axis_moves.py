@@ -17,6 +17,7 @@ from pydantic import Field
 from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.core.units import ratio
 from slide_fmu.excitation.base import CountRange, Kind, Limits
+from slide_fmu.excitation.speed_profile import fastest_phases
 from slide_fmu.excitation.words import between, with_unit
 
 FULL_TURN = 2 * math.pi
@@ -207,7 +208,7 @@ def _path(axis: _Axis, until: float, over: float, rng: np.random.Generator) -> _
     while begin <= until:
         fastest, acceleration = _limits(axis, least, rng)
         way = _way(axis, position, speed, acceleration, rng)
-        phases = least_time(way, speed, fastest, acceleration)
+        phases = fastest_phases(way, speed, fastest, acceleration)
         whole = sum(length for length, _ in phases)
         broken = rng.random() < BROKEN
         left = rng.random() * whole if broken else whole
@@ -260,34 +261,6 @@ def _target(axis: _Axis, position: float, rng: np.random.Generator) -> float:
     if not axis.low <= position + way <= axis.high:
         way = -way
     return min(max(position + way, axis.low), axis.high)
-
-
-def least_time(
-    way: float, speed: float, fastest: float, acceleration: float
-) -> list[tuple[float, float]]:
-    """Return the phases of the fastest move by ``way`` from a speed to rest.
-
-    The move speeds up or slows down to its highest speed, keeps it, and slows down to rest. From
-    too high a speed it goes beyond its target, and comes back.
-
-    Args:
-        way: distance to the target with its sign.
-        speed: speed at the start with its sign.
-        fastest: limit of the speed, above 0.
-        acceleration: limit of the acceleration, above 0.
-
-    Returns:
-        Duration in s and acceleration of each phase.
-    """
-    sign = 1.0 if way >= 0.5 * speed * abs(speed) / acceleration else -1.0
-    peak = math.sqrt(max(sign * way * acceleration + 0.5 * speed**2, 0.0))
-    peak = sign * min(peak, fastest)
-    first = abs(peak - speed) / acceleration
-    last = abs(peak) / acceleration
-    cruised = way - 0.5 * (peak + speed) * first - 0.5 * peak * last
-    lasts = max(cruised / peak, 0.0) if peak != 0.0 else 0.0
-    faster = math.copysign(acceleration, peak - speed)
-    return [(first, faster), (lasts, 0.0), (last, -sign * acceleration)]
 
 
 def _between(pair: tuple[float, float], rng: np.random.Generator) -> float:

@@ -15,6 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
+from slide_fmu.excitation.speed_profile import SpeedProfiles
 from slide_fmu.excitation.words import between, listed
 
 
@@ -54,21 +55,8 @@ class Moves:
         """
         move = np.searchsorted(self.start, time, side="right") - 1
         phase = np.minimum((time - self.start[move]) / self.duration[move], 1.0)
-        way = trapezoid_way(phase, self.ramp[move])[:, None]
+        way = SpeedProfiles.sharp(self.ramp[move]).way(phase)[:, None]
         return self.positions[move] + way * (self.positions[move + 1] - self.positions[move])
-
-
-def trapezoid_way(phase: FloatArray, ramp: FloatArray) -> FloatArray:
-    """Return the fraction of the distance that a move with trapezoidal speed has covered, 0 .. 1.
-
-    The phase is the elapsed fraction of the duration, 0 .. 1; the ramp is the share of each phase
-    of acceleration, above 0 and at most 0.5; both have the shape (N,).
-    """
-    # the second half mirrors the first, so one formula is enough
-    mirrored = np.minimum(phase, 1 - phase)
-    ramped = mirrored**2 / (2 * ramp * (1 - ramp))
-    half = np.where(mirrored < ramp, ramped, (mirrored - ramp / 2) / (1 - ramp))
-    return np.where(phase < 0.5, half, 1 - half)
 
 
 class PointToPoint(Kind):
@@ -183,10 +171,11 @@ class PointToPoint(Kind):
 
     def _largest(self, signals: tuple[Signal, ...]) -> tuple[Limits, Limits]:
         """Return the largest speeds and accelerations of all inputs; they are limits if given."""
-        (low, high), ramps = _ends(signals), np.array(self.ramp)
+        low, high = _ends(signals)
         way, shortest = self.reach * (high - low), self.duration[0]
-        speed = way / (1 - self.ramp[1]) / shortest
-        acceleration = way / np.min(ramps * (1 - ramps)) / shortest**2
+        of_speed, of_acceleration, _ = SpeedProfiles.sharp(np.array(self.ramp)).inverse_peaks()
+        speed = way / of_speed.min() / shortest
+        acceleration = way / of_acceleration.min() / shortest**2
         return (
             self.speed or tuple(float(f"{value:.3g}") for value in speed),
             self.acceleration or tuple(float(f"{value:.3g}") for value in acceleration),
@@ -206,17 +195,11 @@ class PointToPoint(Kind):
         return np.asarray(order >= kept)
 
     def _feasible_duration(self, duration: float, ramp: float, way: FloatArray) -> float:
-        """Return the duration of a move in s, or the shortest one that keeps all limits.
-
-        A joint that moves by w in the time T with the ramp r has the peak speed w / ((1 - r) T)
-        and the acceleration w / (r (1 - r) T^2).
-        """
-        needed = [duration]
-        if self.speed:
-            needed += list(np.abs(way) / (1 - ramp) / self.speed)
-        if self.acceleration:
-            needed += list(np.sqrt(np.abs(way) / (ramp * (1 - ramp)) / self.acceleration))
-        return float(max(needed))
+        """Return the duration of a move in s, or the shortest one that keeps all limits."""
+        unlimited = np.full(len(way), np.inf)
+        limits = [np.array(each or unlimited) for each in (self.speed, self.acceleration)]
+        profile = SpeedProfiles.sharp(np.array([ramp]))
+        return max(duration, float(profile.least_times(way, limits)[0]))
 
 
 def _ends(signals: tuple[Signal, ...]) -> tuple[FloatArray, FloatArray]:

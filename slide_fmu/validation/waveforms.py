@@ -9,7 +9,7 @@ from typing import Protocol, final, runtime_checkable
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.excitation.point_to_point import trapezoid_way
+from slide_fmu.excitation.speed_profile import SpeedProfiles, fastest_phases
 
 
 class Waveform(Protocol):
@@ -148,14 +148,12 @@ class RepeatedMoves:
     rest: float
 
     def __call__(self, time: FloatArray) -> FloatArray:
-        way, to_speed = abs(self.way), self.speed / self.acceleration
-        if way > self.speed * to_speed:
-            lasts = way / self.speed + to_speed
-        else:
-            to_speed = math.sqrt(way / self.acceleration)
-            lasts = 2 * to_speed
+        (to_speed, _), (even, _), _ = fastest_phases(
+            abs(self.way), 0.0, self.speed, self.acceleration
+        )
+        lasts = 2 * to_speed + even
         index = np.floor(time / (lasts + self.rest))
         phase = np.minimum((time - index * (lasts + self.rest)) / lasts, 1.0)
-        done = trapezoid_way(phase, np.full(len(time), min(to_speed / lasts, 0.5)))
+        done = SpeedProfiles.sharp(np.array([to_speed / lasts])).way(phase[None])[0]
         back = np.mod(index, 2) == 1
         return np.asarray(self.start + self.way * np.where(back, 1.0 - done, done))

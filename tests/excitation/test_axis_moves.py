@@ -9,7 +9,6 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation import axis_moves
-from slide_fmu.excitation.axis_moves import least_time
 from tests.excitation.drawn import HIGH, JOINTS, LOW, kind_of, motion
 from tests.refusals import refused
 
@@ -93,29 +92,6 @@ def test_the_slower_clock_is_drawn_for_each_trajectory() -> None:
         held = motion(slow, JOINTS, seed, 1.0, time)
         found.add(int(np.diff(np.flatnonzero(np.abs(np.diff(held, axis=0)).max(axis=1))).min()))
     assert found == {2, 3, 4, 5}
-
-
-@pytest.mark.parametrize(
-    ("way", "speed", "fastest"),
-    [(2.0, 0.0, 1.0), (0.1, 0.0, 1.0), (-3.0, 0.8, 1.0), (0.01, 0.9, 1.0), (1.5, 0.9, 0.5)],
-    ids=["cruise", "jog", "turns back", "beyond and back", "too fast at first"],
-)
-def test_the_fastest_move_reaches_its_target_at_rest(
-    way: float, speed: float, fastest: float
-) -> None:
-    place, now, whole = 0.0, speed, 0.0
-    for lasts, acceleration in least_time(way, speed, fastest, 2.0):
-        assert lasts >= 0
-        place += lasts * (now + 0.5 * acceleration * lasts)
-        now += acceleration * lasts
-        whole += lasts
-        assert abs(now) <= max(fastest, abs(speed)) + 1e-12
-    assert place == pytest.approx(way, abs=1e-12)
-    assert now == pytest.approx(0.0, abs=1e-12)
-    if speed == 0.0:  # a trapezoid of speed, or a triangle where the limit is not reached
-        ramp = fastest / 2.0
-        least = abs(way) / fastest + ramp if abs(way) > fastest * ramp else 2 * np.sqrt(way / 2.0)
-        assert whole == pytest.approx(least)
 
 
 def test_limits_that_are_not_one_for_each_axis_are_refused() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.point_to_point import Moves, trapezoid_way
+from slide_fmu.excitation.point_to_point import Moves
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
 from tests.excitation.drawn import HIGH, JOINTS, LOW, STEP, TIME, kind_of, motion
@@ -304,15 +304,6 @@ def test_any_rotation_keeps_its_limits(
     angle = kind.angle(TIME[:600], factor, np.random.default_rng(seed))
     assert np.max(np.abs(speeds(angle))) <= factor * speed * (1 + 1e-9) + 1e-9
     assert np.max(np.abs(accelerations(angle))) <= factor * acceleration * (1 + 1e-9) + 1e-6
-
-
-@given(ramp=st.floats(0.01, 0.5))
-def test_trapezoid_goes_the_whole_way_and_is_symmetric(ramp: float) -> None:
-    phase = np.linspace(0, 1, 101)
-    way = trapezoid_way(phase, np.full(101, ramp))
-    assert (way[0], way[50], way[-1]) == pytest.approx((0, 0.5, 1), abs=1e-15)
-    assert way + way[::-1] == pytest.approx(np.ones(101), abs=1e-12)
-    assert np.all(np.diff(way) > 0)
 
 
 @pytest.mark.parametrize(

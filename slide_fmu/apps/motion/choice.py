@@ -20,10 +20,11 @@ from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import arrivals, shares
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import MoveProblem
-from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, least_times
+from slide_fmu.apps.motion.profile import LEAST_ROUNDED
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.speed_profile import SpeedProfiles
 from slide_fmu.network.base import batches
 
 AT_ONCE = 500
@@ -134,7 +135,7 @@ class _Space:
     """
 
     problem: MoveProblem
-    fastest: Profiles
+    fastest: SpeedProfiles
     latest: float
     longest: float
 
@@ -182,16 +183,19 @@ class _Space:
         route = shares(self.response, profiles, times, delays, parts)
         return self.problem.route.at(route), arrivals(self.response, times, delays)
 
-    def _drawn(self, places: FloatArray) -> tuple[Profiles, FloatArray, FloatArray, FloatArray]:
+    def _drawn(
+        self, places: FloatArray
+    ) -> tuple[SpeedProfiles, FloatArray, FloatArray, FloatArray]:
         """Return profiles, times in s (B,), and delays and parts of two impulses, (B, 2) each.
 
         Most of them lie near the fastest profile.
         """
         drawn, problem = places.T, self.problem
         phases = np.minimum(self.fastest.speeding * 4 ** (drawn[:2] - 0.5), 0.5)
-        rounded = LEAST_JERK_SHARE + (1 - LEAST_JERK_SHARE) * drawn[2] ** 2
-        profiles = Profiles(phases[0], phases[1], rounded)
-        shortest = least_times(profiles, problem.goal - problem.start, problem.limits)
+        rounded = LEAST_ROUNDED + (1 - LEAST_ROUNDED) * drawn[2] ** 2
+        profiles = SpeedProfiles(phases[0], phases[1], rounded)
+        limits = [limit for _, _, limit in problem.limits.derivatives()]
+        shortest = profiles.least_times(problem.goal - problem.start, limits)
         least = np.maximum(shortest, problem.surrogate.window.step)
         delays = np.stack([np.zeros(len(places)), drawn[4] * self.latest], axis=1)
         first = 0.5 + 0.5 * drawn[5]

@@ -12,13 +12,14 @@ from slide_fmu.apps.motion.move import Move, described, described_all
 from slide_fmu.apps.motion.moves import arrivals, shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import MoveProblem
-from slide_fmu.apps.motion.profile import Profiles, least_steps
+from slide_fmu.apps.motion.profile import least_steps
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.route import fastest_along
 from slide_fmu.apps.motion.shape import shape
 from slide_fmu.apps.motion.shapers import NONE, Shaper, ringing_modes, shapers
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.units import behind
+from slide_fmu.excitation.speed_profile import SpeedProfiles
 
 SUPPORT = 2
 """Samples after a motion's end in which its response is not free yet: the spline of inputs
@@ -70,7 +71,7 @@ class Found:
     rounds: int = 0
 
 
-def ringing_shapers(problem: MoveProblem) -> tuple[Profiles, float, list[Shaper]]:
+def ringing_shapers(problem: MoveProblem) -> tuple[SpeedProfiles, float, list[Shaper]]:
     """Return the fastest profile, its time in s, and shapers for the modes that it excites.
 
     The first of the shapers does nothing. Along a curve the time is the shortest in which the
@@ -92,7 +93,7 @@ def ringing_shapers(problem: MoveProblem) -> tuple[Profiles, float, list[Shaper]
     return profile, time, [NONE, *shapers(ringing_modes(free, response.step))]
 
 
-def baselines(problem: MoveProblem) -> tuple[Response, Profiles, list[Move]]:
+def baselines(problem: MoveProblem) -> tuple[Response, SpeedProfiles, list[Move]]:
     """Return the fastest profile, unshaped and with shapers, and the response to all.
 
     Along a curve, shapers are left out that move coordinates beyond their limits.
@@ -106,7 +107,10 @@ def baselines(problem: MoveProblem) -> tuple[Response, Profiles, list[Move]]:
 
 
 def shaped_moves(
-    problem: MoveProblem, response: Response, profile: Profiles, rows: list[tuple[Shaper, float]]
+    problem: MoveProblem,
+    response: Response,
+    profile: SpeedProfiles,
+    rows: list[tuple[Shaper, float]],
 ) -> list[Move]:
     """Describe a profile with shapers, with the profile's time in s, if it keeps the limits."""
     found = []
@@ -181,7 +185,7 @@ def _first(problem: MoveProblem, progress: Progress) -> Found | None:
 
 
 def _of_duration(
-    problem: MoveProblem, response: Response, profile: Profiles, end: int, margin: float
+    problem: MoveProblem, response: Response, profile: SpeedProfiles, end: int, margin: float
 ) -> tuple[list[Move], Response]:
     """Plan moves that end at a sample, until one is settled then; return all, and the response.
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.motion.profile import Profiles
 from slide_fmu.apps.motion.response import Response
 from slide_fmu.apps.motion.shapers import NONE, Shaper
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.speed_profile import SpeedProfiles
 
 
 def shares(
     response: Response,
-    profiles: Profiles,
+    profiles: SpeedProfiles,
     times: FloatArray,
     delays: FloatArray,
     parts: FloatArray,
@@ -34,7 +34,7 @@ def shares(
 
 
 def shaped_shares(
-    response: Response, profile: Profiles, time: float, shaper: Shaper = NONE
+    response: Response, profile: SpeedProfiles, time: float, shaper: Shaper = NONE
 ) -> FloatArray:
     """Sample a profile of a given time in s with a shaper: route shares, (count,)."""
     rows = shaper.delays[None], shaper.parts[None]

@@ -16,8 +16,9 @@ from scipy.optimize import lsq_linear
 
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.profile import LEAST_JERK_SHARE, Profiles, fastest
+from slide_fmu.apps.motion.profile import LEAST_ROUNDED, fastest
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.speed_profile import SpeedProfiles
 
 ROUNDED = 0.8
 """Fraction of the tolerance by which curves round their points: chords between samples cut too."""
@@ -138,20 +139,19 @@ class Route:
         return CubicSpline(knots, passed, bc_type="natural")
 
 
-def fastest_along(route: Route, limits: Limits) -> tuple[Profiles, float]:
+def fastest_along(route: Route, limits: Limits) -> tuple[SpeedProfiles, float]:
     """Return the fastest symmetric profile along a route within limits, and its time in s.
 
     Along a curve it is approximately the fastest: the best of a coarse grid, by differences.
     """
     if route.straight:
         return fastest(route.goal - route.start, limits)
-    ramp, rounded = np.meshgrid(np.geomspace(0.05, 0.5, 16), np.linspace(LEAST_JERK_SHARE, 1, 8))
-    grid = Profiles(ramp.ravel(), ramp.ravel(), rounded.ravel())
+    ramp, rounded = np.meshgrid(np.geomspace(0.05, 0.5, 16), np.linspace(LEAST_ROUNDED, 1, 8))
+    grid = SpeedProfiles(ramp.ravel(), ramp.ravel(), rounded.ravel())
     motions = route.at(grid.way(np.tile(np.linspace(0, 1, FINE), (ramp.size, 1))))
     times = np.zeros(ramp.size)
     for _, order, limit in limits.derivatives():
         peaks = np.abs(np.diff(motions, n=order, axis=1)).max(axis=1) * (FINE - 1) ** order
         times = np.maximum(times, (peaks / limit).max(axis=1) ** (1 / order))
     best = int(np.argmin(times))
-    one = Profiles(*(getattr(grid, name)[best : best + 1] for name in Profiles.__annotations__))
-    return one, float(times[best])
+    return grid[best], float(times[best])

@@ -1,4 +1,4 @@
-// How far a move from rest to rest has come, after a share of its time: slide_fmu/apps/motion/profile.py.
+// How far a move from rest to rest has come, after a share of its time: slide_fmu/excitation/speed_profile.py.
 
 /** Smallest share of a ramp of acceleration in its phase. */
 export const LEAST_ROUNDED = 0.02;

@@ -9,45 +9,16 @@ from __future__ import annotations
 import hashlib
 import json
 import operator
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 from slide_fmu.core.files import write_whole
-
-REMOVED = "remove it, and it is made again"
-"""The remedy for a file that the same command can make again."""
+from slide_fmu.core.result_cache import REMOVED, damage_named
 
 DIGEST = "sha256"
 """The key of the hash in a JSON object; the hash is over all other keys."""
-
-
-class DamagedFileError(ValueError):
-    """A file of a run folder does not have the content that was written to it."""
-
-
-@contextmanager
-def damage_named(path: Path, expected: str, remedy: str = REMOVED) -> Iterator[None]:
-    """Name the file that the block reads, if it does not have the expected content.
-
-    Args:
-        path: the file.
-        expected: the expected content, in words.
-        remedy: what the user can do.
-
-    Raises:
-        DamagedFileError: the block cannot read the file's content.
-    """
-    try:
-        yield
-    except (LookupError, TypeError, ValueError, EOFError, BadZipFile) as error:
-        why = f"{type(error).__name__}: {error}"
-        raise DamagedFileError(
-            f"{path} is damaged ({why}); expected {expected}: {remedy}"
-        ) from error
 
 
 def read_kept(path: Path, keys: tuple[str, ...], remedy: str = REMOVED) -> dict[str, Any]:

@@ -6,15 +6,14 @@ range are left out and do not count, since a model need not work there.
 
 from __future__ import annotations
 
-import json
 import shutil
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.kept import read_kept, sealed
+from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import BEYOND_ATTEMPTS, attempted, split_stream
 from slide_fmu.data.parameter_draws import leaves_ranges
@@ -60,8 +59,7 @@ def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArr
     table = [",".join(["time", *(signal.name for signal in system.inputs)])]
     table += [",".join(map(repr, row)) for row in np.column_stack([time, inputs]).tolist()]
     write_whole(folder / f"{failure.name}.csv", "\n".join([*table, ""]).encode())
-    text = json.dumps(sealed(asdict(failure)), indent=2)
-    write_whole(folder / f"{failure.name}.json", text.encode())
+    ResultFile(folder / f"{failure.name}.json").write_json(failure)
 
 
 def kept_failures(store: Path) -> list[Failure]:
@@ -71,8 +69,8 @@ def kept_failures(store: Path) -> list[Failure]:
         DamagedFileError: the file of a failure is damaged.
     """
     paths = sorted(failures_folder(store).glob("*.json"))
-    keys = tuple(field.name for field in fields(Failure))
-    return [Failure(**read_kept(path, keys)) for path in paths]
+    kept = (ResultFile(path).read_json(Failure) for path in paths)
+    return [failure for failure in kept if failure is not None]
 
 
 def remove_failures(store: Path) -> None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slide_fmu.core.figures import optional, plain, read_figures
+from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import PROBE_SAMPLES, probe
@@ -30,6 +32,9 @@ from slide_fmu.systems.simulation import simulate
 SAME = 1e-6
 """Motions that differ by less than this part of their largest value count as the same: processors
 differ in the last digits."""
+
+MODEL = "model"
+"""Results of this name are the answers of models."""
 
 _DO_NOT_MATTER = ("most_failures",)
 """Keys of the table ``data`` on which no trajectory depends."""
@@ -152,6 +157,25 @@ def same_motion(before: FloatArray, now: FloatArray) -> bool:
     """Tell whether two probes, each (N + 1, n_outputs), show the same model but for rounding."""
     slack = SAME * np.max(np.abs(before), axis=0, initial=0.0)
     return before.shape == now.shape and bool(np.all(np.abs(before - now) <= slack))
+
+
+def model_key(folder: Path, answers: FloatArray) -> str:
+    """Return the key of a model in a folder of results, by its answers (``identity``).
+
+    The folder keeps the answers of every model, so that answers that differ in rounding alone, as
+    those of another processor do, have the key of the first ones.
+
+    Raises:
+        DamagedFileError: the file of a model is damaged.
+        OSError: the answers cannot be written.
+    """
+    own = ResultFile.of(folder, MODEL, answers, suffix=".npz")
+    for path in (own.path, *sorted(folder.glob(f"{MODEL}-*.npz"))):
+        kept = ResultFile(path).read_arrays()
+        if kept is not None and same_motion(kept["answers"], answers):
+            return path.stem
+    own.write_arrays({"answers": answers})
+    return own.path.stem
 
 
 def first_difference(found: Fingerprint, wanted: Fingerprint) -> str | None:

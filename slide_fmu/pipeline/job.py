@@ -148,7 +148,7 @@ def job_of_text(
     is_open = any(key in LENGTHS for key in read.open_keys)
     if is_open:  # found for the recipe as written, so that other seeds keep the window
         check_case(case)
-        resolved, sizing = resolved_lengths(case, read.open_keys, folder.resolved, patience)
+        resolved, sizing = resolved_lengths(case, read.open_keys, folder.cache, patience)
         read = read.with_found(resolved, str(source))
     recipe = read.guess
     if training_seed is not None:

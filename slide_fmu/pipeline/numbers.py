@@ -8,22 +8,19 @@ the numbers of an error bound follow.
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.core.figures import plain, read_figures
-from slide_fmu.core.kept import Memo
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.fingerprint import identity
+from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.pipeline.case_checks import guarded_case
-from slide_fmu.pipeline.resolved import memo_of
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
@@ -55,6 +52,8 @@ unless their least numbers take longer."""
 BOUND, CALIBRATION = (30, 200), (100, 100)
 """The least and the largest numbers of trajectories from which a bound learns, and by which it is
 calibrated."""
+CURVE, COST = "learning_curve", "trajectory_time"
+"""Names of the results that the run folder keeps."""
 DEAR, DEAR_CALIBRATION = 5.0, 60
 """If a trajectory takes more than DEAR s, at least DEAR_CALIBRATION trajectories calibrate the
 bound. Then a confidence of 0.95 asks for 96.6 % of their samples, and one of 0.99 has no bound."""
@@ -77,9 +76,9 @@ def find_numbers(
         StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
-    found = known_numbers(case, open_keys, folder)
-    if found is not None:
-        return found
+    known = known_numbers(case, open_keys, folder)
+    if known is not None:
+        return known
     train = case.recipe.data.train
     if "data.train" in open_keys:
         staged = _Staged(case, folder, bar, place, recipe_folder)
@@ -189,7 +188,7 @@ def kept_cost(case: Case, folder: RunFolder) -> float | None:
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    return _memo(case, folder.cost).found("seconds") if folder.cost.exists() else None
+    return _file(case, folder, COST).read_json(float) if _any_kept(folder, COST) else None
 
 
 def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
@@ -204,8 +203,7 @@ def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
     progress(0, 1)
     seconds, _, _ = guarded_case(case, simulation_time)
     cost = seconds * (case.recipe.data.duration + case.recipe.data.burn_in)
-    folder.path.mkdir(parents=True, exist_ok=True)
-    _memo(case, folder.cost).keep("seconds", cost)
+    _file(case, folder, COST).write_json(cost)
     progress(1, 1)
     return cost
 
@@ -216,23 +214,26 @@ def kept_curve(case: Case, folder: RunFolder) -> Curve:
     Raises:
         DamagedFileError: the file that holds it is damaged.
     """
-    if not folder.numbers.exists():
-        return Curve()
-    found = _memo(case, folder.numbers).found("curve")
-    return Curve() if found is None else read_figures(Curve, found)
+    known = _file(case, folder, CURVE).read_json(Curve) if _any_kept(folder, CURVE) else None
+    return Curve() if known is None else known
 
 
-def _memo(case: Case, place: Path) -> Memo:
-    """Return the memo of recipe and model, without numbers of trajectories and seeds."""
+def _any_kept(folder: RunFolder, name: str) -> bool:
+    """Tell whether a result of this name may be there, before its model is simulated."""
+    return any(folder.cache.glob(f"{name}-*.json"))
+
+
+def _file(case: Case, folder: RunFolder, name: str) -> ResultFile:
+    """Return the file of a result that numbers of trajectories and seeds do not decide."""
     recipe = case.recipe
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed"})
-    tables = recipe.model_dump(mode="json", include={"system", "window", "network", "training"})
-    more = {name for name in ("parameters", "loop") if getattr(recipe, name)}
-    tables |= recipe.model_dump(mode="json", include=more)
+    tables = recipe.model_dump(
+        mode="json", include={"system", "window", "network", "training", "parameters", "loop"}
+    )
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
-    about = json.loads(json.dumps({**tables, "data": data}))
-    return memo_of(place, about, identity(case.source, of_seed_0))
+    model = model_key(folder.cache, identity(case.source, of_seed_0))
+    return ResultFile.of(folder.cache, name, tables, data, model)
 
 
 def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
@@ -246,7 +247,7 @@ def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
     from slide_fmu.fitting.learning_curve import LearningCurve
 
     torch.set_num_threads(1)
-    curve, memo = kept_curve(case, folder), _memo(case, folder.numbers)
+    curve, file = kept_curve(case, folder), _file(case, folder, CURVE)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(case, folder.store, folder.checkpoints)
     points: list[CurvePoint] = []
@@ -260,7 +261,7 @@ def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
         seconds = known.get(train, time.monotonic() - begin)
         points.append(CurvePoint(train, *errors, seconds))
         curve = Curve(tuple(points), _end(points))
-        memo.keep("curve", plain(curve))
+        file.write_json(curve)
     return curve
 
 

@@ -155,19 +155,9 @@ class RunFolder:
         return self.path / "training.json"
 
     @property
-    def resolved(self) -> Path:
-        """Place of the values of open keys."""
-        return self.path / "resolved.json"
-
-    @property
-    def numbers(self) -> Path:
-        """Place of the learning curve by which numbers of trajectories are found."""
-        return self.path / "learning_curve.json"
-
-    @property
-    def cost(self) -> Path:
-        """Place of the simulation time of a trajectory, where numbers follow from it."""
-        return self.path / "cost.json"
+    def cache(self) -> Path:
+        """Folder of results that are found again by what decides them; it may be removed."""
+        return self.path / "cache"
 
     @property
     def sizing(self) -> Path:

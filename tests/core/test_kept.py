@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError, Memo, read_kept, sealed
+from slide_fmu.core.kept import Memo, read_kept, sealed
+from slide_fmu.core.result_cache import DamagedFileError
 from tests.refusals import refused
 
 WHOLE = json.dumps(sealed({"a": 1, "b": [2.5], "more": None})).encode()

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data import generation
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.data.failures import (

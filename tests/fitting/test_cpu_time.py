@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting.checkpoint import CpuTime
 from tests.refusals import refused

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data import pool
 from slide_fmu.data.store import open_store
 from slide_fmu.data.workplace import Workplace
@@ -22,7 +22,7 @@ from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
-from slide_fmu.pipeline.numbers import _memo, known_numbers
+from slide_fmu.pipeline.numbers import _file, known_numbers
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.recipe import RecipeError
@@ -158,11 +158,12 @@ def test_curve_follows_physical_parameters(
 
 def test_curve_of_other_loops_is_another_one(tmp_path: Path) -> None:
     loop = LoopRecipe(output="position", input="force", weight=0.5, mass=(1.0, 2.0))
-    case, place = opened(tmp_path, OPEN).case, tmp_path / "curve.json"
-    _memo(case, place).keep("curve", 3)
-    assert _memo(case, place).found("curve") == 3
+    job = opened(tmp_path, OPEN)
+    case, curve = job.case, Curve((CurvePoint(2, 0.1, 0.2, 1.0),))
+    _file(case, job.folder, "learning_curve").write_json(curve)
+    assert numbers.kept_curve(case, job.folder) == curve
     looped = case.with_recipe(case.recipe.model_copy(update={"loop": (loop,)}))
-    assert _memo(looped, place).found("curve") is None
+    assert numbers.kept_curve(looped, job.folder) == Curve()
 
 
 class Killed(Exception):
@@ -206,7 +207,7 @@ def _killing() -> Callable[..., None]:
 def test_given_number_needs_no_curve(tmp_path: Path, train: int, validation: int) -> None:
     job = opened(tmp_path, with_data(f"train = {train}"))
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, validation)
-    assert not job.folder.numbers.exists()
+    assert not job.folder.cache.exists()
 
 
 @pytest.mark.parametrize(("train", "learnt", "judged"), [(6, 128, 16), (160, 160, 20)])
@@ -276,7 +277,8 @@ def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
 
 def test_damaged_file_of_a_curve_is_named(tmp_path: Path) -> None:
     job = opened(tmp_path)
-    job.folder.path.mkdir(parents=True, exist_ok=True)
-    job.folder.numbers.write_text('{"recipe": {', encoding="utf-8")
-    with refused(DamagedFileError, "learning_curve.json is damaged", "remove it"):
+    file = _file(job.case, job.folder, "learning_curve")
+    file.write_json(Curve())
+    file.path.write_text('{"recipe": {', encoding="utf-8")
+    with refused(DamagedFileError, f"{file.path.name} is damaged", "remove it"):
         opened(tmp_path)

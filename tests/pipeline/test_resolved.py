@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
 from slide_fmu.pipeline.export import Request, export
@@ -63,6 +63,10 @@ def note_searches(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return found
 
 
+def kept_lengths(job: Job) -> list[Path]:
+    return list(job.folder.cache.glob("resolved-*.json"))
+
+
 def test_lengths_are_found_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     searches = note_searches(monkeypatch)
     first = opened(tmp_path)
@@ -98,16 +102,17 @@ def test_lengths_are_found_again_for_another_recipe_or_model(
     assert len(searches) == 2
     assert longer.recipe.window.n_in > first.recipe.window.n_in
     opened(tmp_path)
+    assert len(searches) == 2  # those of the first recipe are still there
     simulate = Lag.simulate
     monkeypatch.setattr(Lag, "simulate", lambda self, inputs: 2.0 * simulate(self, inputs))
     opened(tmp_path)
-    assert len(searches) == 4
+    assert len(searches) == 3
 
 
 def test_recipe_that_leaves_nothing_open_has_no_file(tmp_path: Path) -> None:
     job = opened(tmp_path, TINY)
     assert job.resolved == {}
-    assert not job.folder.resolved.exists()
+    assert not job.folder.cache.exists()
     assert "resolved" not in provenance(job, {})
 
 
@@ -130,18 +135,18 @@ def test_lengths_that_were_found_in_a_hurry_are_not_kept(tmp_path: Path) -> None
     hurried = opened(tmp_path, patience=0.0)
     assert hurried.sizing is not None
     assert hurried.sizing.left_out is not None
-    assert not hurried.folder.resolved.exists()
+    assert not kept_lengths(hurried)
     whole = opened(tmp_path)
     assert whole.sizing is not None
     assert whole.sizing.left_out is None
-    assert whole.folder.resolved.exists()
+    assert kept_lengths(whole)
 
 
 @pytest.mark.parametrize("damaged", [b"", b'{"values": {"window"', b"[]", b"{}"])
 def test_damaged_file_of_what_was_found_is_named(tmp_path: Path, damaged: bytes) -> None:
-    place = opened(tmp_path).folder.resolved
+    (place,) = kept_lengths(opened(tmp_path))
     place.write_bytes(damaged)
-    with refused(DamagedFileError, "resolved.json is damaged", "remove it"):
+    with refused(DamagedFileError, f"{place.name} is damaged", "remove it"):
         opened(tmp_path)
     place.unlink()
     opened(tmp_path)

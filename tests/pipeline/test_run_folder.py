@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from slide_fmu.core.kept import DamagedFileError
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.core.search_path import make_importable, make_models_importable
 from slide_fmu.pipeline import run_folder
 from slide_fmu.pipeline.run_folder import RunFolder, StageError

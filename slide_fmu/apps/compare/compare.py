@@ -14,12 +14,12 @@ from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
 from slide_fmu.apps.compare.baselines.scores import UnseenTest
-from slide_fmu.apps.compare.kept_comparison import KeptComparison, content_of_motions, key_of
+from slide_fmu.apps.compare.kept_comparison import KeptComparison
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
-from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.result_cache import key_of
 from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.fingerprint import data_fingerprint, identity
 from slide_fmu.data.origin import require_origin
@@ -27,12 +27,11 @@ from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated, unseen_motions
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fitting.checkpoint import checkpoint_key, content_of
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.pipeline.job import Job, checked
+from slide_fmu.pipeline.job import Job, checked, versions
 from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.case import Case
@@ -133,7 +132,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     assert own is not None  # every training is timed
     budget = own if terms.budget is None else terms.budget
     again = OwnNetwork(job.case, job.folder.store, surrogate, own)
-    key = checkpoint_key(_key(test, (training, validation), lesson.seed), budget)
+    key = key_of(_decisive(test, (training, validation)), lesson.seed, budget, versions())
     with fmu_of(surrogate) as fmu:
         bench = ComparisonBench(test, StepTimes(surrogate, fmu, test.motions[0]))
         find = partial(_own, again, lesson, bench, budget, job.bar)
@@ -184,10 +183,10 @@ def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotio
     count = terms.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
     key = key_of(
-        plain(data_fingerprint(recipe)),
+        data_fingerprint(recipe),
         recipe.system.model_dump(mode="json", include={"reference"}),
         [stream.seed, stream.duration, count],
-        probe(recipe, reference).tolist(),
+        probe(recipe, reference),
     )
     progress = job.bar("unseen motions")
     return kept.motions(
@@ -195,10 +194,10 @@ def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotio
     )
 
 
-def _key(test: UnseenTest, splits: tuple[Split, Split], seed: int) -> str:
-    surrogate = test.surrogate.to_bytes().hex()
-    data = [content_of(split) for split in splits]
-    return key_of(surrogate, *data, content_of_motions(test.motions), seed)
+def _decisive(test: UnseenTest, splits: tuple[Split, Split]) -> tuple[object, ...]:
+    """Return what all models learn from, and are measured on."""
+    motions = [[motion.inputs, motion.outputs] for motion in test.motions]
+    return (test.surrogate.to_bytes(), splits, motions)
 
 
 def _own(

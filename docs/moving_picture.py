@@ -1,13 +1,11 @@
 """The moving picture of the README: a slider-crank turns plainly, and as its FMU chooses.
 
 ``python docs/moving_picture.py`` solves ``docs/tutorials/turned_crank.toml`` with a released FMU,
-simulates both moves with the reference model, and writes ``docs/moving_picture.gif``. A comment in
-the file keeps the times at which the moves have settled, by the reference model.
+simulates both moves with the reference model, and writes ``docs/moving_picture.gif``.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -199,7 +197,7 @@ def frames(solved: Solved) -> list[Image.Image]:
     return [draw_frame(moves, shaped, tolerance, float(time)) for time in times]
 
 
-def written(images: list[Image.Image], times: dict[str, float | None]) -> bytes:
+def written(images: list[Image.Image]) -> bytes:
     """Return the GIF, which has one palette and is transparent outside of the card."""
     sample = Image.new("RGB", (images[0].width, 3 * images[0].height), "white")
     for row, share in enumerate((0.25, 0.5, 1.0)):
@@ -223,15 +221,13 @@ def written(images: list[Image.Image], times: dict[str, float | None]) -> bytes:
         duration=shown_for,
         loop=0,
         transparency=COLOURS,
-        comment=json.dumps(times).encode(),
     )
     return data.getvalue()
 
 
 def main() -> None:
     """Write the picture."""
-    solved = solved_task()
-    PICTURE.write_bytes(written(frames(solved), settling_times(solved)))
+    PICTURE.write_bytes(written(frames(solved_task())))
 
 
 if __name__ == "__main__":

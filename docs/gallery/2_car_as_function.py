@@ -17,7 +17,7 @@ sys.path.append("docs/tutorials")
 import quarter_car_function as car
 
 # %%
-# The model is a file of 35 lines with the functions f and g ([how to write
+# The model is a short file with the functions f and g ([how to write
 # one](../../own_model.md)). Here its signals get their ranges. A recipe can do the same:
 # `docs/tutorials/quarter_car_function.toml`, for `slide-fmu run`.
 

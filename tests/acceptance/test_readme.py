@@ -141,13 +141,6 @@ def test_make_targets_named_in_the_readme_exist() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-def test_files_named_in_the_readme_exist() -> None:
-    for name in re.findall(
-        r"(?:`|\()((?:slide_fmu|mbs_models|training|fmus|docs)/[\w./]+)", README
-    ):
-        assert (ROOT / name).exists(), name
-
-
 def test_python_examples_of_readme_and_pages_run(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

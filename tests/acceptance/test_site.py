@@ -56,17 +56,6 @@ def test_links_and_pictures_of_the_site_lead_to_files(site: Path) -> None:
                 assert (page.parent / path).exists(), f"{page.name}: {link}"
 
 
-def test_drawings_of_the_pages_have_colours_for_a_dark_theme() -> None:
-    for drawing in (ROOT / "docs").glob("*.svg"):
-        assert "prefers-color-scheme:dark" in drawing.read_text(encoding="utf-8"), drawing.name
-
-
-def test_pages_of_the_site_show_the_files_that_they_include(site: Path) -> None:
-    """A line that is no exact directive would be shown as it stands."""
-    for page in site.rglob("*.html"):
-        assert not re.search(r"8 ?(?:<|&lt;) ?--", page.read_text(encoding="utf-8")), page.name
-
-
 @pytest.mark.parametrize(("width", "height"), [(900, 646), (368, 764)])
 def test_front_page_shows_the_whole_robot_which_makes_its_chosen_move(
     chromium: Browser, site: Path, width: int, height: int
@@ -146,14 +135,3 @@ def test_tutorial_is_a_page_of_the_site_with_its_figures_and_its_picture(
 
 def _results(name: str) -> str:
     return (ROOT / f"docs/tutorials/results/{name}.md").read_text(encoding="utf-8")
-
-
-def test_files_that_the_pages_name_exist_or_are_to_be_made() -> None:
-    """Rows of the tables on adding things name new files as ``(new)``, or with NAME."""
-    for page in (ROOT / "docs").glob("*.md"):
-        for line in page.read_text(encoding="utf-8").splitlines():
-            named = re.findall(
-                r"`((?:slide_fmu|mbs_models|tests|docs|fmus|training)/[\w./]+)`", line
-            )
-            for name in named:
-                assert (ROOT / name).exists() or "NAME" in name or "(new)" in line, (page, name)

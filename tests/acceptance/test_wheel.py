@@ -1,4 +1,4 @@
-"""The wheel and its extra "run": FMUs where there is no compiler, torch or exudyn."""
+"""The wheel holds what it needs, and serves where there is no compiler, torch or exudyn."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import os
 import subprocess
 import sys
 import venv
+import zipfile
+from configparser import ConfigParser
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +18,8 @@ from packaging.requirements import Requirement
 
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.export import read_fmu
-
-pytestmark = pytest.mark.extended
+from slide_fmu.fmu.libraries.build import LIBRARIES, STAMP
+from tests.marks import APPS
 
 ROOT = Path(__file__).parents[2]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
@@ -126,11 +128,42 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Enviro
     return Environment(tmp_path_factory.mktemp("environment"), wheel, "run")
 
 
+def test_wheel_holds_the_compiled_runtime_and_no_models(wheel: Path) -> None:
+    assert wheel.name.endswith("-py3-none-any.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    assert {
+        "slide_fmu/fmu/runtime/source/resource.c",
+        "slide_fmu/report/templates/report.html",
+        "slide_fmu/report/web/report.js",
+        "slide_fmu/core/web/modules/chart.js",
+        "slide_fmu/report/templates/card.md",
+        "slide_fmu/py.typed",
+    } <= names
+    folder = "slide_fmu/fmu/binaries/"
+    binaries = {name.removeprefix(folder) for name in names if name.startswith(folder)}
+    assert binaries == {*LIBRARIES, STAMP}
+    tops = {name.split("/")[0] for name in names}
+    assert tops == {"slide_fmu", *(t for t in tops if t.endswith(".dist-info"))}
+
+
+def test_wheel_offers_every_app(wheel: Path) -> None:
+    rows = ConfigParser()
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = (n for n in archive.namelist() if n.endswith("/entry_points.txt"))
+        rows.read_string(archive.read(name).decode())
+    apps = [path.parent.name for path in APPS.glob("*/__init__.py")]
+    expected = {app: f"slide_fmu.apps.{app}.app:APP" for app in apps}
+    assert dict(rows["slide_fmu.apps"]) == expected
+
+
+@pytest.mark.extended
 def test_environment_of_the_wheel_holds_its_dependencies_alone(environment: Environment) -> None:
     said = environment.call("python", "-c", ABSENT)
     assert json.loads(said.stdout) == [], said.stderr
 
 
+@pytest.mark.extended
 def test_wheel_without_extras_reads_evaluates_and_describes_an_fmu(
     wheel: Path, tmp_path: Path
 ) -> None:
@@ -149,6 +182,7 @@ def test_wheel_without_extras_reads_evaluates_and_describes_an_fmu(
     assert "'slide-fmu[run]'" in checked.stderr.replace("\n", " ")
 
 
+@pytest.mark.extended
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_installed_wheel_exports_checks_and_runs_an_fmu(
     environment: Environment, fmi: int
@@ -168,6 +202,7 @@ def test_installed_wheel_exports_checks_and_runs_an_fmu(
     assert abs(position - expected) < OUTPUT_TOLERANCE * surrogate.output_scaling.scale[0]
 
 
+@pytest.mark.extended
 def test_fmu_exported_by_the_installed_wheel_has_the_same_bytes(
     environment: Environment, tmp_path: Path
 ) -> None:

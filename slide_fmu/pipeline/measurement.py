@@ -105,7 +105,7 @@ def measured(
             with the name of the validation.
     """
     surrogate, found = read_fmu(fmu)
-    _require_another(fmu, case.recipe)
+    require_another(fmu, case.recipe)
     require_same_origin(case.source, dict(found or {}), str(fmu))
     progress = bar(_title(task))
     try:
@@ -114,7 +114,7 @@ def measured(
         raise SimulationError(f"{_title(task)}: {error}", error.time) from error
 
 
-def _require_another(fmu: Path, recipe: Recipe) -> None:
+def require_another(fmu: Path, recipe: Recipe) -> None:
     """Refuse to measure an FMU against itself: its error would be zero."""
     name = recipe.system.model
     with suppress(FileNotFoundError):

@@ -16,7 +16,7 @@ from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
-from slide_fmu.pipeline.measurement import measured, remarks_on_range, tasks
+from slide_fmu.pipeline.measurement import measured, remarks_on_range, require_another, tasks
 from slide_fmu.pipeline.numbers import kept_curve
 from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.pipeline.stages import (
@@ -81,12 +81,14 @@ def run_recipe(
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
         ShortWindowError: the window is too short for the system.
-        StageError: another program works in the run folder.
+        StageError: another program works in the run folder, or the FMU would be written over its
+            own reference.
         StoreError: the trajectories in the run folder were made from other values.
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
     job.folder.require_free()  # sizing may take a minute
+    require_another(job.folder.fmu(job.recipe), job.recipe)
     job = checked(job)
     sizing = check_window(job)  # before anything is made
     with job.folder.alone():
@@ -128,7 +130,10 @@ def measure_trained(
     workers: int | None,
     known_search: Sequence[Row] | None = None,
 ) -> Finished:
-    """Write the FMU of a trained surrogate, measure it, and add the figures to it.
+    """Measure a trained surrogate as FMU, and write the FMU with its report and its figures.
+
+    What is measured is a bare FMU in a folder for the moment. The place of the FMU gets the
+    finished one alone, as the last of all files.
 
     Args:
         job: the recipe, and the run folder for all files.
@@ -145,11 +150,50 @@ def measure_trained(
         CoSimulationError: an FMU reports an error, or differs from its surrogate.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
-    recipe, fmu = job.recipe, job.folder.fmu(job.recipe)
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
-    require_same_answers(surrogate, recipe.name)
-    export_fmu(surrogate, fmu, provenance=origin)
+    with TemporaryDirectory(prefix="slide_fmu_run_") as folder:
+        bare = export_fmu(surrogate, Path(folder) / job.folder.fmu(job.recipe).name)
+        require_same_answers(bare)
+        validations, lost = _validations(bare, job, wanted, workers)
+        in_range = validations[IN_RANGE]
+        attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
+        rows = rows_of(bare, validations, job.case, in_range.usual_error(), job.bar, attacks)
+        measurement = RunMeasurement(
+            surrogate,
+            trained.histories,
+            validations,
+            tests,
+            sizing,
+            curve=kept_curve(job.case, job.folder),
+            rows=(*rows, *(known_search or ())),
+            attacks=attacks,
+            remarks=(*lost, *remarks_on_range(job, validations.get(BEYOND))),
+        )
+        return _write_finished(job, trained, origin, measurement, bare)
+
+
+def require_same_answers(fmu: Path) -> None:
+    """Refuse an FMU whose compiled library differs much from numpy.
+
+    Raises:
+        CoSimulationError: the library differs.
+    """
+    problems = wide_differences(fmu)
+    if problems:
+        raise CoSimulationError(
+            f"{fmu.stem}: {'; '.join(problems)}. No FMU is written. Run the same command again; "
+            "if it fails again, it is a defect of slide-fmu: please report it with the recipe"
+        )
+
+
+def _validations(
+    fmu: Path, job: Job, wanted: Mapping[str, Task], workers: int | None
+) -> tuple[dict[str, Validation], list[str]]:
+    """Return the validations of an FMU by the names of their tasks, and remarks on lost ones.
+
+    Beyond the range a reference may fail on all motions; elsewhere this is an error.
+    """
     validations: dict[str, Validation] = {}
     lost: list[str] = []
     for name, task in wanted.items():
@@ -159,48 +203,31 @@ def measure_trained(
             if name != BEYOND:
                 raise
             lost.append(f"no trajectory beyond the range could be measured: {error}")
-    in_range = validations[IN_RANGE]
-    attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
-    rows = rows_of(fmu, validations, job.case, in_range.usual_error(), job.bar, attacks)
-    measurement = RunMeasurement(
-        surrogate,
-        trained.histories,
-        validations,
-        tests,
-        sizing,
-        curve=kept_curve(job.case, job.folder),
-        rows=(*rows, *(known_search or ())),
-        attacks=attacks,
-        remarks=tuple([*lost, *remarks_on_range(job, validations.get(BEYOND))]),
-    )
+    return validations, lost
+
+
+def _write_finished(
+    job: Job, trained: Trained, origin: Provenance, measurement: RunMeasurement, bare: Path
+) -> Finished:
+    """Write report, card, pictures and at last the FMU; ``bare`` is the FMU that was measured."""
+    recipe, surrogate, folder = job.recipe, trained.surrogate, job.folder
     figures, response = run_figures(job.case, measurement, job.command, trained.versions)
     report = run_report(recipe, measurement, figures, response)
-    page = report.write(job.folder.path)
-    charts = step_charts(rows)
-    if charts:
-        write_whole(job.folder.path / PICTURE, chart_picture(charts))
-    text = model_card(surrogate, recipe, figures, PICTURE if charts else None, draw_mechanism(job))
-    write_whole(job.folder.path / "card.md", text.encode("utf-8"))
+    charts = step_charts(measurement.rows)
+    drawn = draw_mechanism(job)
+    card = model_card(surrogate, recipe, figures, PICTURE if charts else None, drawn)
     released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
-    members, seed = documents(page.read_bytes(), text), wanted[IN_RANGE].seed
-    write_release(Release(surrogate, job.case, released, members, fmu, seed=seed), fmu)
-    replace(report, inside=last_section(fmu)).write(job.folder.path)
+    members = documents(report.html().encode("utf-8"), card)
+    seed = measurement.validations[IN_RANGE].task.seed
+    release = Release(surrogate, job.case, released, members, bare, seed=seed)
+    whole = write_release(release, bare.parent / "whole" / bare.name)
+    page = replace(report, inside=last_section(whole)).write(folder.path)
+    if charts:
+        write_whole(folder.path / PICTURE, chart_picture(charts))
+    write_whole(folder.path / "card.md", card.encode("utf-8"))
+    fmu = folder.fmu(recipe)
+    write_whole(fmu, whole.read_bytes())
     return Finished(fmu, page, figures, report.verdict.sentences)
-
-
-def require_same_answers(surrogate: Surrogate, name: str) -> None:
-    """Refuse a surrogate whose compiled library differs much from numpy.
-
-    Raises:
-        CoSimulationError: the library differs.
-    """
-    with TemporaryDirectory(prefix="slide_fmu_run_") as folder:
-        problems = wide_differences(export_fmu(surrogate, Path(folder) / f"{name}.fmu"))
-    if problems:
-        raise CoSimulationError(
-            f"{name}: {'; '.join(problems)}. No FMU is written. Run the same command again; if it "
-            "fails again, it is a defect of slide-fmu: please report it with the recipe"
-        )
 
 
 def _searched(job: Job, surrogate: Surrogate, in_range: Validation) -> list[Attack]:

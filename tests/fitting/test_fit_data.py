@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Never
 
-import grimp
 import numpy as np
 import pytest
 import torch
@@ -153,8 +151,9 @@ def test_checkpoints_belong_to_the_eigenvalues(
     assert problem_of(STATE_SPACE, store).checkpoint != before
 
 
-def test_checkpoints_belong_to_the_code(
-    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("decisive", ["version", "torch", "threads"])
+def test_checkpoints_belong_to_the_version_of_the_code_torch_and_threads(
+    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, decisive: str
 ) -> None:
     """Of the surrogate and of the estimator, both."""
 
@@ -165,40 +164,14 @@ def test_checkpoints_belong_to_the_code(
     before = names()
     assert names() == before
     assert len(before) == 2
-    monkeypatch.setattr(checkpoint, "_code", lambda: "another")
+    if decisive == "version":
+        monkeypatch.setattr(checkpoint, "TRAINING_VERSION", checkpoint.TRAINING_VERSION + 1)
+    elif decisive == "torch":
+        monkeypatch.setattr(torch, "__version__", "0.1")
+    else:
+        monkeypatch.setattr(torch, "get_num_threads", lambda: 99)
     new = names() - before
     assert sorted(name.split("-")[0] for name in new) == ["estimator", "surrogate"]
-
-
-def test_code_is_every_source_of_the_rooms_of_a_training_and_torch(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here = checkpoint._code()
-    copy = tmp_path / "slide_fmu"
-    shutil.copytree(checkpoint.PACKAGE, copy)
-    monkeypatch.setattr(checkpoint, "PACKAGE", copy)
-    assert checkpoint._code() == here
-    seen = {here}
-    sources = ["fitting/state_space/cell.py", "fitting/new.py", "surrogate/surrogate.py"]
-    sources += ["network/state_space/network.py", "features/serial_chain.py", "core/measures.py"]
-    for source in sources:
-        with (copy / source).open("a", encoding="utf-8") as file:
-            file.write("# changed\n")
-        seen.add(checkpoint._code())
-    (copy / "fitting" / "new.py").rename(copy / "fitting" / "newer.py")
-    seen.add(checkpoint._code())
-    monkeypatch.setattr(torch, "__version__", "0.1")
-    seen.add(checkpoint._code())
-    assert len(seen) == len(sources) + 3
-    (copy / "cli" / "app.py").write_text("")  # no part of a training
-    assert checkpoint._code() in seen
-
-
-def test_rooms_of_a_training_are_all_that_it_imports() -> None:
-    graph = grimp.build_graph("slide_fmu")
-    own = graph.find_descendants("slide_fmu.bounds")
-    reached = set[str]().union(own, *(graph.find_upstream_modules(name) for name in own))
-    assert {name.split(".")[1] for name in reached if "." in name} == set(checkpoint.ROOMS)
 
 
 SIGNALS = (Signal("a", "N", -2.0, 6.0), Signal("b", "m", 0.0, 4.0))

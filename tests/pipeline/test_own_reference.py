@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.pipeline.measurement import _require_another
+from slide_fmu.pipeline.measurement import require_another
 from slide_fmu.pipeline.run_folder import StageError
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
@@ -24,7 +24,7 @@ def test_fmu_that_its_own_reference_leads_to_is_refused(
     for path in (here, made):
         path.write_bytes(b"")
     monkeypatch.chdir(tmp_path)
-    _require_another(made, recipe)
+    require_another(made, recipe)
     monkeypatch.chdir(made.parent)
     with refused(StageError, "the reference 'pump.fmu'", "expected the FMU of the model"):
-        _require_another(made, recipe)
+        require_another(made, recipe)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim import check
 from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.fmu.export import export_fmu
 from slide_fmu.pipeline.run import require_same_answers
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import CELLS
 from tests.refusals import refused
+
+
+@pytest.fixture
+def fmu(tmp_path: Path) -> Path:
+    """An FMU with a small network."""
+    return export_fmu(random_surrogate(CELLS), tmp_path / "cells.fmu")
 
 
 def let_libraries_be_off(monkeypatch: pytest.MonkeyPatch, deviation: float) -> None:
@@ -25,23 +34,27 @@ def let_libraries_be_off(monkeypatch: pytest.MonkeyPatch, deviation: float) -> N
     monkeypatch.setattr(check, "_run_native", off)
 
 
-def test_library_that_is_off_by_rounding_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_that_is_off_by_rounding_passes(
+    fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """By somewhat more than ``check`` allows, too: rounding is another on each processor."""
-    require_same_answers(random_surrogate(CELLS), "cells")
+    require_same_answers(fmu)
     let_libraries_be_off(monkeypatch, 1e-5)
-    require_same_answers(random_surrogate(CELLS), "cells")
+    require_same_answers(fmu)
 
 
-def test_library_that_gives_something_else_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_that_gives_something_else_is_refused(
+    fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     let_libraries_be_off(monkeypatch, 0.05)
     with refused(CoSimulationError, "cells", "differ by", "No FMU is written."):
-        require_same_answers(random_surrogate(CELLS), "cells")
+        require_same_answers(fmu)
 
 
-def test_library_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_that_fails_is_told(fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: object) -> dict[str, FloatArray]:
         raise OSError("cannot be loaded")
 
     monkeypatch.setattr(check, "_run_native", fail)
     with refused(CoSimulationError, "library failed"):
-        require_same_answers(random_surrogate(CELLS), "cells")
+        require_same_answers(fmu)

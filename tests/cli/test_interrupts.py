@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,17 @@ from slide_fmu.cli import main
 sys.argv[:] = ["slide-fmu", "run", "tiny.toml"]
 main()
 """
+
+
+@pytest.fixture(autouse=True)
+def _interrupts_are_heard() -> Iterator[None]:
+    """Set the usual handler, which programs that a test starts begin with too.
+
+    Shells start programs in the background, as ``make test &`` in a script, with SIGINT ignored.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize("module", ["typer", "slide_fmu.cli.app", "slide_fmu.pipeline.job"])

@@ -33,6 +33,7 @@ from slide_fmu.pipeline.stages import check_window
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.validation.row import SEARCH, Row
@@ -76,7 +77,7 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     picture = PICTURE if fmu.with_name(PICTURE).exists() else None
-    text = model_card(surrogate, recipe, measured, picture, drawn)
+    text = model_card(FmuDescription.of(surrogate, provenance), picture, drawn)
     seed = measured.validation[IN_RANGE].seed
     release = Release(surrogate, case, provenance, documents(page, text), seed=seed)
     with tempfile.TemporaryDirectory() as folder:

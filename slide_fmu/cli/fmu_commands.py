@@ -14,6 +14,7 @@ import typer
 from slide_fmu.cli.console import (
     console,
     errors,
+    figures_console,
     progress_bars,
     show_remark,
     write_json,
@@ -161,14 +162,20 @@ def check(
 
 def info(fmu: FmuArgument, json_path: JsonOption = None) -> None:
     """Describe an FMU: measured error, where it is valid, speed, signals and origin."""
-    from slide_fmu.cli.description import show_description
     from slide_fmu.fmu.export import read_fmu
+    from slide_fmu.report.console import print_description
     from slide_fmu.report.fmu_description import FmuDescription
 
     with errors():
-        surrogate, provenance = read_fmu(fmu)
-    if json_path is not None:
-        write_json(json_path, FmuDescription.of(surrogate, provenance).dump())
-        return
-    with errors():
-        show_description(fmu, surrogate, provenance or {})
+        described = FmuDescription.of(*read_fmu(fmu))
+        if json_path is not None:
+            write_json(json_path, described.dump())
+            return
+        try:
+            print_description(described, figures_console())
+        except ValueError as error:
+            raise ValueError(
+                f"{fmu}: resources/provenance.json is not in the form that slide-fmu "
+                f"writes ({error}); expected recipe, seeds, versions and "
+                "measured errors: slide-fmu info FMU --json - shows what is there"
+            ) from error

@@ -19,8 +19,8 @@ from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.model_card import model_card, without_pictures
-from slide_fmu.report.run_figures import released_figures
+from slide_fmu.report.fmu_description import FmuDescription
+from slide_fmu.report.model_card import model_card
 from slide_fmu.surrogate.surrogate import Surrogate
 
 SHOWN = 3
@@ -57,14 +57,14 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None
 
     def compare(recipe: Recipe) -> Iterator[str]:
         check_origins(surrogate, provenance)
-        measured = released_figures(provenance)
-        if measured is None:
+        described = FmuDescription.of(surrogate, provenance)
+        if described.measured is None:
             yield f"{CARD} is there, but {PROVENANCE} has no measured errors; {REMEDY}"
             return
         if other_writer(provenance) is not None:
             return
-        card = model_card(surrogate, recipe, measured, "", "")
-        expected = _lines(without_pictures(card))
+        card = model_card(described)
+        expected = _lines(card)
         pairs = _other_lines(_lines(content.decode("utf-8", "replace")), expected)
         others = (f"{apart(ours, its)!r}; expected {apart(its, ours)!r}" for ours, its in pairs)
         yield from disagreements(CARD, others)

@@ -22,7 +22,8 @@ from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report, Verdict
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.verdict import verdict
-from slide_fmu.report.verdict_facts import Subject, facts_of
+from slide_fmu.report.verdict_facts import facts_of
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
@@ -164,7 +165,8 @@ def validation_report(
     rows = rows_of(fmu, {group: validation}, case, usual, bar)
     figures = replace(validation.figures(), rows=rows)
     sections = validation_sections({_title(validation.task): validation}, rows)
-    facts = facts_of(rows, figures.timing, Subject.of(validation.surrogate))
+    described = SurrogateDescription.of(validation.surrogate)
+    facts = facts_of(rows, figures.timing, described.memory_s)
     report = Report(
         f"Validation of {validation.surrogate.name}",
         validation.recipe.description,

@@ -28,6 +28,7 @@ from slide_fmu.pipeline.stages import (
 )
 from slide_fmu.recipe.against_system import load_picture
 from slide_fmu.report.chart_pictures import chart_picture
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
@@ -215,8 +216,9 @@ def _write_finished(
     report = run_report(recipe, measurement, figures, response)
     charts = step_charts(measurement.rows)
     drawn = draw_mechanism(job)
-    card = model_card(surrogate, recipe, figures, PICTURE if charts else None, drawn)
     released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
+    described = FmuDescription.of(surrogate, released)
+    card = model_card(described, PICTURE if charts else None, drawn)
     members = documents(report.html().encode("utf-8"), card)
     seed = measurement.validations[IN_RANGE].task.seed
     release = Release(surrogate, job.case, released, members, bare, seed=seed)

@@ -13,11 +13,11 @@ from slide_fmu.report.frequency_charts import error_maps, frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
-from slide_fmu.report.limits import meaning_of
+from slide_fmu.report.limits import START_VALUES
+from slide_fmu.report.prose import capitalised
 from slide_fmu.report.row_tables import (
-    HELD,
-    RULE,
     WORDS,
+    explanations,
     failures,
     kind_table,
     output_table,
@@ -28,6 +28,7 @@ from slide_fmu.report.step_chart import TITLE, TWO_LINES, has_model, step_charts
 from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
 from slide_fmu.report.worst_windows import worst_section
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation.error_figures import ResponseFigures
@@ -54,7 +55,7 @@ def validation_sections(
 ) -> list[ReportSection]:
     """Return the sections on the accuracy; the first validation is the one in range."""
     main = next(iter(validations.values()))
-    rules = rules_of(main.recipe)
+    rules, surrogate = rules_of(main.recipe), SurrogateDescription.of(main.surrogate)
     figures = {name: validation.figures() for name, validation in validations.items()}
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
@@ -73,7 +74,7 @@ def validation_sections(
             "Side by side with the reference",
             rules.compared(main.recipe, len(main.comparisons), main.task.seed)
             + (MODEL_TEXT if main.recipe.system.reference else "")
-            + moving_text(main.surrogate),
+            + moving_text(surrogate),
             accuracy_table(figures),
             charts=trajectory_charts(main),
         ),
@@ -83,10 +84,10 @@ def validation_sections(
         text = about_parameters(main.recipe)
         table = parameter_table(in_range.parameters)
         details.append(ReportSection("Physical parameters", text, table))
-    if main.surrogate.estimates_errors:
+    if surrogate.estimate_span_s is not None:
         details.append(estimate_section(validations, figures))
-    if main.surrogate.bound is not None:
-        details += bound_sections(validations, figures)
+    if surrogate.error_bound is not None:
+        details += bound_sections(validations, figures, surrogate)
     details += all_rows(rows)
     timing, text = in_range.timing, "Both measured in one run on one machine."
     details.append(ReportSection("Time per step", text, timing_table(timing)))
@@ -111,10 +112,8 @@ def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> l
         if charts
         else []
     )
-    judged = f" {RULE}" if any(row.valid is not None for row in rows) else ""
-    held = f"{HELD} " if hold == "zero_order" else ""
     table = kind_table(rows, short=False)
-    text = f"{table.title[0].upper()}{table.title[1:]}. {held}{WORDS}{judged}"
+    text = f"{capitalised(table.title)}. {explanations(rows, hold)}"
     return [*found, ReportSection("Where it is valid", text, table, maps=maps)]
 
 
@@ -133,14 +132,14 @@ def all_rows(rows: Sequence[Row]) -> list[ReportSection]:
     )
 
 
-def moving_text(surrogate: Surrogate) -> str:
+def moving_text(surrogate: SurrogateDescription) -> str:
     """Say which values of moving inputs are set before a step; an empty text of held inputs."""
     if surrogate.hold == "zero_order":
         return ""
     return (
         " Inputs are known to the step's end: before each step the FMU gets the values that they "
         "reach by then. An importer that sets the values at its start makes the plain call, whose "
-        f'errors stand in the column "{PLAIN}": {meaning_of(surrogate)}.'
+        f'errors stand in the column "{PLAIN}": {START_VALUES[surrogate.forecasts_inputs]}.'
     )
 
 

@@ -16,12 +16,21 @@ from rich.text import Text
 
 from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.report.error_tables import noise_sentences
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.row_tables import kind_table
 from slide_fmu.report.table import ENDLESS, ReportTable
 from slide_fmu.report.verdict import verdict
+from slide_fmu.surrogate.description import LABEL
 from slide_fmu.validation.error_figures import OutputFigures
 from slide_fmu.validation.row import Row
+
+NOT_MEASURED = "was not measured yet: run slide-fmu validate FMU"
+NOT_MEASURABLE = (
+    "cannot be measured by slide-fmu: the FMU carries no recipe of a reference system. In Python, "
+    "compare slide_fmu.simulate(FMU, t, u) with the outputs of your own model"
+)
+"""Where the error would stand: for an FMU with a recipe, and for one without."""
 
 
 @final
@@ -86,3 +95,37 @@ def print_sizes(sizes: tuple[TriedSize, ...] | None, console: Console) -> None:
     """Print the sizes that a search has tried, if there was one."""
     if sizes:
         print_table(size_table(sizes), console)
+
+
+def print_description(described: FmuDescription, console: Console) -> None:
+    """Print an FMU: its measured error and verdict, its signals, its network, and its origin.
+
+    Raises:
+        ValueError: its provenance is not of the form that this version writes.
+    """
+    surrogate, origin, measured = described.surrogate, described.origin, described.measured
+    # descriptions that init proposes begin with the name
+    summary = origin.description.removeprefix(f"{surrogate.name}: ")
+    console.print(f"{surrogate.name}: {summary}".rstrip(": "))
+    if measured is None:
+        console.print(f"Its error {NOT_MEASURED if origin.recipe else NOT_MEASURABLE}.")
+    else:
+        print_rows(measured.rows, console)
+        print_noise(measured.in_range.outputs, console)
+    heading = "signal", "range", "acts", "meaning"
+    print_table(ReportTable.of(heading, surrogate.signal_rows()), console)
+    for label, text in (*surrogate.lines(), *_origin_lines(described)):
+        console.print(f"{label:{LABEL}}{text}")
+
+
+def _origin_lines(described: FmuDescription) -> list[tuple[str, str]]:
+    """Return what is said of how an FMU was made, each with a label."""
+    origin = described.origin
+    if not described.provenance:
+        return [("origin", "not known: the FMU has no provenance")]
+    lines = len(origin.recipe.splitlines())
+    return [
+        ("seeds", ", ".join(f"{use} {seed}" for use, seed in origin.known_seeds.items())),
+        ("made by", ", ".join(f"{name} {version}" for name, version in origin.versions.items())),
+        ("recipe", f"{lines} lines; slide-fmu info FMU --json - shows them, and all figures"),
+    ]

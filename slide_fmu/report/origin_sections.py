@@ -13,7 +13,9 @@ from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variable
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.html_report import ReportSection, folded
+from slide_fmu.report.prose import sentences
 from slide_fmu.report.table import ReportTable
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -30,31 +32,17 @@ def origin_sections(surrogate: Surrogate, recipe: Recipe) -> list[ReportSection]
 
 
 def _made(surrogate: Surrogate, recipe: Recipe) -> str:
-    window, network, data = surrogate.window, surrogate.network, recipe.data
-    of_state_space, cell = "", getattr(network, "cell", None)
-    if cell is not None:
-        of_state_space = f" ({len(cell.a)} states, {len(cell.w)} hidden units)"
-    beyond = ""
-    if data.beyond:
-        low, high = data.beyond_factor
-        beyond = (
-            f" and, with a low weight, {data.beyond} beyond the range ({low} to {high} times the "
-            "amplitude)"
-        )
-    return (
-        f"Own step {decimal(window.step, 9)} s. Window: {window.n_in} inputs, {window.n_out} "
-        f"outputs. Network: {recipe.network.family}, {network.count_parameters()} "
-        f"parameters{of_state_space}, trained on {data.train} trajectories of {data.duration} s"
-        f"{beyond}.{_start(recipe)} {rules_of(recipe).words.inputs_seen}"
-    )
-
-
-def _start(recipe: Recipe) -> str:
-    """Name the FMU with whose network a training began, if there was one."""
+    """Say what was trained on what, and with which network a training began, if with one."""
     start = getattr(recipe.training, "start", None)
-    if not start:
-        return ""
-    return f" Its training began with the network of {PureWindowsPath(start).name}."
+    return " ".join(
+        sentences(
+            "made.txt",
+            surrogate=SurrogateDescription.of(surrogate),
+            data=recipe.data,
+            start=PureWindowsPath(start).name if start else None,
+            inputs_seen=rules_of(recipe).words.inputs_seen,
+        )
+    )
 
 
 def excitation_table(recipe: Recipe) -> ReportTable:

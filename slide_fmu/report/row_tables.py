@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity, ratio_text
+from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import NO_UNIT
 from slide_fmu.report.table import ReportTable
 from slide_fmu.validation.row import (
@@ -16,21 +18,29 @@ from slide_fmu.validation.row import (
     MOST_HARMFUL,
     MOST_SILENT,
     OF_TRAINING,
-    SMOOTH,
     Call,
     Row,
     RowOutput,
     kinds_of,
     row_at,
 )
-from slide_fmu.validation.task import BEYOND, IN_RANGE
+from slide_fmu.validation.task import BEYOND
 
-CALLS: dict[Call, str] = {
-    "plain": "plain",
-    "known": "inputs known to the step's end",
-    "model": "plain, the finest model in the FMU's place",
+
+@dataclass(frozen=True)
+class CallWords:
+    """These are the words for a call: its name in tables and pictures, and within a sentence."""
+
+    name: str
+    within: str
+
+
+CALLS: dict[Call, CallWords] = {
+    "plain": CallWords("plain call", "in the plain call"),
+    "known": CallWords("inputs known to the step's end", "with inputs known to the step's end"),
+    "model": CallWords("plain call of the finest model", "in a plain call of the finest model"),
 }
-"""Calls in words."""
+"""Calls in words, in the order in which they are shown."""
 
 WORDS = (
     "The plain call is that of an ordinary importer, such as fmpy.simulate_fmu: before each step "
@@ -56,8 +66,13 @@ FAR = f"far off (error above {percent(FAR_OFF)})"
 STEP_DIGITS = 4
 """Digits of communication steps."""
 
-ALONE = (IN_RANGE, SMOOTH)
-"""Groups whose kinds of input need no further words."""
+NOT_VALID = {
+    None: "not valid",
+    True: "not valid, and the FMU says so",
+    False: "not valid, not always reported",
+}
+"""What is said of inputs on which an FMU is not valid, by whether it says where it is wrong; None
+where that cannot be judged."""
 
 HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
@@ -71,15 +86,29 @@ NEVER_FILLED = "bound not filled"
 """Where shares would stand, of an FMU whose bound never counts at a communication step."""
 
 
+def explanations(rows: Sequence[Row], hold: Hold) -> str:
+    """Say what the columns of a table of rows mean.
+
+    Args:
+        rows: all that was measured.
+        hold: how the inputs of the FMU act between samples.
+    """
+    parts = {HELD: hold == "zero_order", WORDS: True, RULE: any(r.valid is not None for r in rows)}
+    return " ".join(text for text, needed in parts.items() if needed)
+
+
+def call_of(rows: Iterable[Row]) -> Call:
+    """Return the call by which an FMU is judged: the plain one, or if not measured the known."""
+    return "plain" if any(row.call == "plain" for row in rows) else "known"
+
+
 def judged(row: Row) -> str:
     """Say whether the FMU is valid on the inputs of a row; empty where it cannot be judged."""
     if row.valid is None:
         return ""
-    if row.valid:
-        return f"valid, but {FAR}" if row.far_off else "valid"
-    if row.honest is None:
-        return "not valid"
-    return "not valid, and the FMU says so" if row.honest else "not valid, not always reported"
+    if not row.valid:
+        return NOT_VALID[row.honest]
+    return f"valid, but {FAR}" if row.far_off else "valid"
 
 
 def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
@@ -91,7 +120,7 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
         rows: all rows.
         short: whether kinds beyond the range have one row together.
     """
-    call: Call = "plain" if any(row.call == "plain" for row in rows) else "known"
+    call = call_of(rows)
     at = [row for row in rows if row.is_at(call, 1.0) or row.is_at(call, FINER)]
     steps = sorted({round(row.steps, 9): row.step_s for row in at}.items())
     heading = ["inputs", "motions"]
@@ -101,7 +130,7 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
     lengths = ", ".join(
         f"{_part(number)} = {quantity(step, 's', STEP_DIGITS)}" for number, step in steps
     )
-    title = f"{'plain call' if call == 'plain' else CALLS[call]}, {lengths}"
+    title = f"{CALLS[call].name}, {lengths}"
 
     def cells() -> Iterator[list[str]]:
         for group, inputs in kinds_of(at):
@@ -144,10 +173,8 @@ def length_of(row: Row) -> str:
 
 
 def named(row: Row) -> str:
-    """Return group and inputs of a row."""
-    if row.inputs == ALL:
-        return row.group
-    return row.inputs if row.group in ALONE else f"{row.group}: {row.inputs}"
+    """Return group and inputs of a row: several groups may have a kind of the same name."""
+    return row.group if row.inputs == ALL else f"{row.group}: {row.inputs}"
 
 
 def row_table(rows: Sequence[Row]) -> ReportTable:
@@ -159,7 +186,7 @@ def row_table(rows: Sequence[Row]) -> ReportTable:
     cells = (
         (
             named(row),
-            CALLS[row.call],
+            CALLS[row.call].name,
             length_of(row),
             str(row.trajectories),
             str(row.samples),
@@ -187,7 +214,7 @@ def output_table(rows: Sequence[Row]) -> ReportTable:
         "covered",
     )
     cells = (
-        (named(row), CALLS[row.call], length_of(row), *_output_cells(output))
+        (named(row), CALLS[row.call].name, length_of(row), *_output_cells(output))
         for row in ordered(rows)
         for output in row.outputs
     )

@@ -82,6 +82,12 @@ class RunFigures:
         return next((each for each in found if each.in_range), next(iter(found)))
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """The remarks on records, on training and on the error."""
+        own = () if self.remark is None else (self.remark,)
+        return (*(self.record_remarks or ()), *own)
+
+    @property
     def usual_error(self) -> float:
         """The RMS error in range with known inputs, as a norm over the outputs."""
         return math.hypot(*(output.rmse for output in self.in_range.outputs))

@@ -19,7 +19,8 @@ from slide_fmu.report.origin_sections import origin_sections
 from slide_fmu.report.quality import linear_size_remark, remark_on_error, remark_on_training
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import search_sections
-from slide_fmu.report.verdict_facts import Subject, verdict_of
+from slide_fmu.report.verdict_facts import verdict_of
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation.adversarial import Attack
@@ -159,7 +160,7 @@ def run_report(
         recipe.description,
         figures,
         [*_sections(found, figures, response), *origin_sections(found.surrogate, recipe)],
-        verdict=verdict_of(figures, Subject.of(found.surrogate)),
+        verdict=verdict_of(figures, SurrogateDescription.of(found.surrogate)),
     )
 
 

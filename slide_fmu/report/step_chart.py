@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
+from slide_fmu.report.row_tables import CALLS
 from slide_fmu.validation.row import SMOOTH, Call, Row
 
 TITLE = "Error against communication step"
@@ -25,14 +26,14 @@ TWO_LINES = (
 def step_charts(rows: Sequence[Row]) -> list[Chart]:
     """Draw the error of the plain call over the communication step; nothing if not measured."""
     smooth = [row for row in rows if row.group == SMOOTH]
-    plain = _line(smooth, "plain", "FMU, plain call")
+    plain = _line(smooth, "plain", f"FMU, {CALLS['plain'].name}")
     if plain is None:
         return []
     lines = [plain, _points(plain)]
-    model = _line(smooth, "model", "finest model as FMU, plain call")
+    model = _line(smooth, "model", CALLS["model"].name)
     if model is not None:
         lines += [model, _points(model)]
-    known = _line(smooth, "known", "FMU, inputs known to the step's end")
+    known = _line(smooth, "known", f"FMU, {CALLS['known'].name}")
     if known is not None:
         lines.append(Line(known.name, known.x, known.y, "estimate", "points", width=4.0))
     own = next(row.step_s * row.steps for row in smooth)

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.core.units import NO_UNIT
-from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.report import trust_charts
 from slide_fmu.report.html_report import ReportSection
+from slide_fmu.report.limits import bound_sentences
 from slide_fmu.report.table import ReportTable
-from slide_fmu.surrogate.error_bound import calibrated
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.error_figures import Deviation, EstimateFigures, ValidationFigures
@@ -33,11 +33,15 @@ NORM = "norm of the outputs"
 
 TOLERANCES = (
     "The flag trusted is false where a 95 % bound exceeds its tolerance. Smaller tolerances find "
-    "more errors and give more alarms. A row has the tolerances with which this share of the "
-    "samples in range is flagged; domain and ranges are included. Set them by the parameters "
-    "<output>_error_tolerance; those of the start come from the calibration."
+    "more errors and give more alarms. The FMU starts with the tolerances of the first row, which "
+    "come from its calibration. The other rows have those with which this share of the samples "
+    "measured here in range would be flagged; domain and ranges are included. Set them by the "
+    "parameters <output>_error_tolerance."
 )
 """Explanation of ``tolerance_table``."""
+
+AT_START = "as the FMU starts"
+"""The row of the tolerances that an FMU has before a user sets them."""
 
 
 def estimate_section(validations: Mapping[str, Validation], figures: Validations) -> ReportSection:
@@ -57,15 +61,15 @@ def estimate_section(validations: Mapping[str, Validation], figures: Validations
 
 
 def bound_sections(
-    validations: Mapping[str, Validation], figures: Validations
+    validations: Mapping[str, Validation], figures: Validations, surrogate: SurrogateDescription
 ) -> list[ReportSection]:
     """Return the sections on error bound and tolerances, of a surrogate that has them."""
     first = next(iter(validations.values()))
-    tolerances = tolerance_table(figures)
+    tolerances = tolerance_table(figures, surrogate)
     return [
         ReportSection(
             "Error bound",
-            " ".join(bound_sentences(first.recipe, first.surrogate)),
+            " ".join(bound_sentences(surrogate, first.recipe)),
             charts=[
                 *([trust_charts.ratio_chart(first)] if first.trusted else []),
                 *trust_charts.bound_charts(validations),
@@ -90,46 +94,6 @@ def search_sections(attacks: Sequence[Attack], surrogate: Surrogate) -> list[Rep
     )
     charts = [trust_charts.search_chart("The worst start", worst.found, surrogate)]
     return [ReportSection("Search for unnoticed errors", text, charts=charts)]
-
-
-def bound_sentences(recipe: Recipe, surrogate: Surrogate) -> list[str]:
-    """Say where bounds count, and how the FMU reports that they do not.
-
-    Args:
-        recipe: the recipe of the FMU; it has the table ``bound``.
-        surrogate: the surrogate of the FMU.
-    """
-    assert recipe.bound is not None
-    low, *_, high = (f"{100 * c:g}" for c in calibrated(recipe.count("calibration")))
-    found = [
-        "Error bounds count for inputs of the kinds that the surrogate was trained on: they were "
-        f"calibrated by {recipe.count('calibration')} trajectories of the same mix.",
-        "There, at least this share of the samples has an error below the bound, averaged over "
-        f"trajectories: the confidence, {low} to {high} %. A single trajectory, a single kind, or "
-        "the samples with the largest errors may be covered less.",
-        "Where in_domain is false, the bound is not calibrated, and may be far too small: inputs "
-        "have left their ranges, or the surrogate and its companion are further apart, or move "
-        "more, than is usual on the calibration.",
-        "For inputs of other kinds, in_domain = true proves nothing.",
-    ]
-    if recipe.further_kinds():
-        found.append(
-            f"Bounds have also learnt from {recipe.count(FURTHER)} trajectories of further kinds "
-            "of inputs; nothing was calibrated by them."
-        )
-    if recipe.system.reference:
-        found.append(
-            "Error bounds were calibrated against the model that made the data: the error of that "
-            "model against the finer reference is not in them."
-        )
-    wanted, of_domain = percent(recipe.bound.false_alarms), percent(recipe.bound.domain_alarms)
-    return [
-        *found,
-        "Where trusted is false, a step may be wrong: a 95 % bound exceeds its tolerance, "
-        "in_domain or a range is false, or error_bound_filled is below 1. Tolerances are "
-        "parameters, one of each output; with those of the start, trusted was false for at most "
-        f"{wanted} of the samples of the calibration, and in_domain for {of_domain}.",
-    ]
 
 
 def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
@@ -169,14 +133,18 @@ def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
     )
 
 
-def tolerance_table(validations: Validations) -> ReportTable:
-    """Return the tolerances of all outputs by the share of false alarms."""
+def tolerance_table(validations: Validations, surrogate: SurrogateDescription) -> ReportTable:
+    """Return the tolerances of all outputs: those of the start, and by the share of false alarms.
+
+    The table is empty where no validation has tolerances by false alarms.
+    """
     found = next((one for one in validations.values() if one.tolerances), None)
     if found is None:
         return ReportTable.of((), ())
     outputs = found.outputs
 
     def rows() -> Iterator[tuple[str, ...]]:
+        yield (AT_START, *(size for size, _ in surrogate.tolerances))
         for row in found.tolerances:
             if row.tolerances is None:
                 yield (percent(row.alarms), *("not reached" for _ in outputs))

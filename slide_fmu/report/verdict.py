@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from slide_fmu.core.measures import percent
-from slide_fmu.report.row_tables import FAR, length_of, named
+from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of, named
 from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, Call, Row, row_at
 from slide_fmu.validation.task import BEYOND, IN_RANGE
 
@@ -32,11 +32,6 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
     return tuple(sentence for sentence in found if sentence)
 
 
-def call_of(rows: Sequence[Row]) -> Call:
-    """Return the call of an importer, if it was measured."""
-    return "plain" if any(row.call == "plain" for row in rows) else "known"
-
-
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
     """Return the rows of all inputs in range, or of the first group, at h and at a finer step."""
     group = next((row.group for row in rows if row.group == IN_RANGE), None)
@@ -53,8 +48,7 @@ def _error(rows: Sequence[Row], call: Call) -> str:
     own, *finer = main
     inputs = _inputs_of(own)
     where = f"at a communication step of {length_of(own)}, its own"
-    what = "in the plain call" if call == "plain" else "with inputs known to the step's end"
-    text = f"The error {what} is {_up_to(own)} under {inputs} {where}"
+    text = f"The error {CALLS[call].within} is {_up_to(own)} under {inputs} {where}"
     text += "".join(f", and {_up_to(row)} at {length_of(row)}" for row in finer)
     smooth = [row for row in rows if row.group == SMOOTH and row.inputs != OF_TRAINING]
     at = (

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import ratio_text
+from slide_fmu.core.readable import decimal, ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
-from slide_fmu.report.row_tables import FAR, length_of
+from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import timing_text
-from slide_fmu.report.verdict import call_of, main_rows, verdict
-from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.report.verdict import main_rows, verdict
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import ALL, Call, Row
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
@@ -24,26 +23,7 @@ CONFIDENCE = 0.95
 """The confidence of the bounds of rows."""
 
 
-@dataclass(frozen=True)
-class Subject:
-    """A Subject holds the properties of an FMU that its verdict needs.
-
-    Attributes:
-        memory: time in s for which its outputs depend on an input.
-        step: the surrogate's own step in s.
-    """
-
-    memory: float
-    step: float
-
-    @classmethod
-    def of(cls, surrogate: Surrogate) -> Subject:
-        """Return the properties of a surrogate that its verdict needs."""
-        step = surrogate.window.step
-        return cls(surrogate.network.memory_length * step, step)
-
-
-def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
+def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict:
     """Return the verdict on an FMU, with its numbers and commands."""
     found = measured.in_range
     commands = [
@@ -51,7 +31,7 @@ def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
         (
             "Run it",
             f'fmpy.simulate_fmu("{measured.name}.fmu", input=table, stop_time=T, '
-            f"output_interval={subject.step:.10g})",
+            f"output_interval={surrogate.window.step:.10g})",
         ),
         (
             "Measure it again",
@@ -60,28 +40,34 @@ def verdict_of(measured: RunFigures, subject: Subject) -> Verdict:
         ),
         ("Make it again", measured.command),
     ]
-    facts = facts_of(measured.rows, found.timing, subject)
+    facts = facts_of(measured.rows, found.timing, surrogate.memory_s)
     return Verdict(verdict(measured.rows), facts, commands)
 
 
-def facts_of(rows: Sequence[Row], timing: Timing, subject: Subject) -> list[Fact]:
-    """Return the large numbers of a verdict: error, bound, trust, validity, speed and memory."""
+def facts_of(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[Fact]:
+    """Return the large numbers of a verdict: error, bound, trust, validity, speed and memory.
+
+    The memory is the time in s for which outputs depend on an input.
+    """
     call = call_of(rows)
     own = next(iter(main_rows(rows, call)), None)
     facts = [
         *([] if own is None else _of_row(own, call)),
         _validity([row for row in rows if row.is_at(call, 1.0)]),
         _speed(timing),
-        Fact("Memory", f"{subject.memory:.3g} s", "Outputs depend on inputs no older than this."),
+        Fact(
+            "Memory",
+            f"{decimal(memory_s)} s",
+            "Outputs depend on inputs no older than this.",
+        ),
     ]
     return [fact for fact in facts if fact is not None]
 
 
 def _of_row(row: Row, call: Call) -> list[Fact]:
     """Return the numbers of all inputs in range, in the call of an importer."""
-    where = "in the plain call" if call == "plain" else "with known inputs"
     of_output = "" if len(row.outputs) == 1 else " of the worst output"
-    text = f"Relative RMSE{of_output} {where} at {length_of(row)}, on unseen inputs."
+    text = f"Relative RMSE{of_output} {CALLS[call].within} at {length_of(row)}, on unseen inputs."
     found = [Fact("Error", percent(row.error), text, False if row.far_off else None)]
     if row.covered is not None:
         good = row.covered >= CONFIDENCE - MISSING

@@ -28,6 +28,7 @@ from slide_fmu.surrogate.checks import (
     in_ranges,
     inside_throughout,
 )
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
@@ -87,6 +88,10 @@ class Surrogate:
             self.bound.companion.require_window(self.window, len(self.outputs))
         check_forecast(self.forecast, self.inputs)
         self._check_output_ranges()
+
+    def __repr__(self) -> str:
+        """Describe the surrogate in a few lines: signals, window, network and bound."""
+        return str(SurrogateDescription.of(self))
 
     def _check_output_ranges(self) -> None:
         ranges, expected = self.output_ranges, (len(self.outputs), 2)

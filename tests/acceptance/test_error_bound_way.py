@@ -143,6 +143,7 @@ def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
         "head_parameters": surrogate.bound.head.count_parameters(),
         "confidences": [0.9, 0.95, 0.99],
         "blocks_s": [0.015625, 0.125],
+        "filled_s": surrogate.bound.filling_length * surrogate.window.step,
         "tolerances": surrogate.error_tolerances.tolist(),
     }
     assert "trusted" in invoke("info", finished.fmu).stdout

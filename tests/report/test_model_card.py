@@ -14,15 +14,16 @@ from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND
 from tests.recipes import tiny_recipe
+from tests.report.descriptions import described
 from tests.report.made_rows import MEASURED, row, timing
-from tests.validation.tiny_validation import FINER, PLAIN, figures_of
+from tests.validation.tiny_validation import figures_of
 
 SCREEN = 60
 """Lines of a screen, on which a card fits."""
 
 
 def test_card_has_verdict_picture_and_a_row_for_each_kind(finer: Validation) -> None:
-    text = model_card(finer.surrogate, PLAIN, figures_of(finer, rows=MEASURED), "picture.png")
+    text = model_card(described(finer.surrogate, figures_of(finer, rows=MEASURED)), "picture.png")
     lines = text.splitlines()
     assert lines[0] == "# tiny.fmu"
     assert sum(line.startswith("- ") for line in lines) == 3
@@ -37,14 +38,14 @@ def test_card_of_many_kinds_fits_on_a_screen(finer: Validation) -> None:
     kinds = [row(f"kind {number}") for number in range(20)]
     beyond = [row(f"kind {number}", BEYOND) for number in range(20)]
     figures = figures_of(finer, rows=[*MEASURED, *kinds, *beyond, row(group=BEYOND)])
-    text = model_card(finer.surrogate, PLAIN, figures, "picture.png", "mechanism.png")
+    text = model_card(described(finer.surrogate, figures), "picture.png", "mechanism.png")
     assert len(text.splitlines()) <= SCREEN
 
 
 def test_card_says_once_how_fast_it_is_at_equal_accuracy(finer: Validation) -> None:
     found = figures_of(finer, rows=MEASURED)
     timed = replace(found.in_range, timing=timing(10.0))
-    text = model_card(finer.surrogate, PLAIN, with_validations(found, **{"in range": timed}), None)
+    text = model_card(described(finer.surrogate, with_validations(found, **{"in range": timed})))
     sentence = "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with"
     assert text.count(sentence) == text.count("At equal accuracy") == 1
 
@@ -62,7 +63,7 @@ def test_report_has_times_and_errors_at_equal_accuracy(finer: Validation) -> Non
 
 
 def test_card_without_rows_has_no_picture(finer: Validation) -> None:
-    text = model_card(finer.surrogate, PLAIN, figures_of(finer), None)
+    text = model_card(described(finer.surrogate, figures_of(finer)))
     assert "![" not in text
 
 
@@ -101,9 +102,8 @@ def with_validations(found: RunFigures, **validations: ValidationFigures) -> Run
 
 
 def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
-    strange = FINER.model_copy(update={"description": "a <script>alert(1)</script> | b"})
     figures = figures_of(finer, rows=[row("<img src=x> | y")])
-    text = model_card(finer.surrogate, strange, figures, None)
+    text = model_card(described(finer.surrogate, figures, "a <script>alert(1)</script> | b"))
     assert "a &lt;script&gt;alert(1)&lt;/script&gt; \\| b." in text
     assert "&lt;img src=x&gt; \\| y" in text
     assert "<img" not in text
@@ -117,15 +117,15 @@ def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     output = replace(found.in_range.outputs[0], relative_rmse=error)
     beyond = replace(found.in_range, outputs=(output,), amplitude=(1.0, float(factor)))
     found = with_validations(found, **{"in range": found.in_range, "beyond the range": beyond})
-    text = model_card(finer.surrogate, FINER, found, None)
+    text = model_card(described(finer.surrogate, found))
     sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its"
     assert text.count("Do not use") == warned
     assert text.count(f"{sentence} relative RMSE is up to 30 %.") == warned
 
 
 def test_card_shows_the_system_if_there_is_a_picture(finer: Validation) -> None:
-    plain = model_card(finer.surrogate, PLAIN, figures_of(finer), None)
-    drawn = model_card(finer.surrogate, PLAIN, figures_of(finer), None, "mechanism.png")
+    plain = model_card(described(finer.surrogate, figures_of(finer)))
+    drawn = model_card(described(finer.surrogate, figures_of(finer)), None, "mechanism.png")
     shown = "![tiny: the system in motion](mechanism.png)\n\n"
     assert drawn.count(shown) == 1
     assert drawn.replace(shown, "") == plain

@@ -21,8 +21,8 @@ def test_a_kind_has_one_row_with_both_steps() -> None:
     whole, steps, smooth = table.rows
     assert whole[:6] == ("in range", "12", "2 %", "95 %", "96 %", "0 %")
     assert whole[6:] == ("1.5 %", "95 %", "99 %", "0 %", "valid")
-    assert (steps[0], steps[6:10]) == ("steps", ("", "", "", ""))
-    assert smooth[0] == "sines of 1 Hz"
+    assert (steps[0], steps[6:10]) == ("in range: steps", ("", "", "", ""))
+    assert smooth[0] == "smooth inputs: sines of 1 Hz"
     far = "valid, but far off (error above 5 %)"
     assert smooth[-1] == f"h: not valid, not always reported; h/4: {far}"
 
@@ -70,8 +70,8 @@ def test_groups_keep_their_order_and_all_kinds_come_first() -> None:
     rows = [row(group=BEYOND), row("s", SMOOTH), row("steps"), row()]
     assert [line[0] for line in kind_table(rows).rows] == [
         "in range",
-        "steps",
-        "s",
+        "in range: steps",
+        "smooth inputs: s",
         "beyond the range",
     ]
 
@@ -81,7 +81,7 @@ def test_all_rows_have_their_call_step_and_shares() -> None:
     assert len(table.rows) == len(MEASURED) + 1
     calls = [(line[1], line[2]) for line in table.rows if line[0] == "in range"]
     known = "inputs known to the step's end"
-    assert calls == [("plain", "20 ms"), ("plain", "5 ms"), (known, "20 ms")]
+    assert calls == [("plain call", "20 ms"), ("plain call", "5 ms"), (known, "20 ms")]
     assert table.heading[-1] == "largest error over its bound where trusted"
     assert [line[-1] for line in table.rows if line[1] == known] == ["3.25"]
     (line, *_) = output_table(MEASURED).rows

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from slide_fmu.report.verdict import verdict
 from slide_fmu.validation.row import ALL
-from slide_fmu.validation.task import BEYOND, HELD_OUT
+from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 from tests.report.made_rows import MEASURED, row, unfilled, without_bound
 
 
@@ -17,7 +17,8 @@ def test_three_sentences_say_error_trust_and_what_to_avoid() -> None:
     assert "under sines of 1 Hz 30 % and 8 %" in error
     assert "trusts 96 % of the samples at 20 ms, where its bound covers 95 %, and 99 %" in trust
     assert avoid == (
-        "Avoid, at its own step: sines of 1 Hz (30 %); there it is wrong and does not say so."
+        "Avoid, at its own step: smooth inputs: sines of 1 Hz (30 %); there it is wrong and does "
+        "not say so."
     )
 
 
@@ -30,7 +31,7 @@ def test_an_fmu_without_a_bound_says_so_and_what_to_avoid() -> None:
     rows = [without_bound(), without_bound(inputs="steps", error=0.5, harmful=0.4)]
     _, trust, avoid = verdict(rows)
     assert trust == "It has no error bound, so it does not say where it is wrong."
-    assert avoid.startswith("Avoid, at its own step: steps (50 %)")
+    assert avoid.startswith("Avoid, at its own step: in range: steps (50 %)")
     assert "does not say so" in avoid
 
 
@@ -46,7 +47,7 @@ def test_kinds_that_are_reported_come_behind_silent_ones() -> None:
 def test_kinds_that_are_silent_at_the_finer_step_alone_are_named_behind() -> None:
     finer = [row("jumps", steps=4.0, error=0.2, silent=0.03), row("ramps", steps=4.0)]
     _, _, avoid = verdict([row(), row("jumps"), *finer])
-    says = "At 5 ms it is wrong and does not say so under jumps (20 %)."
+    says = "At 5 ms it is wrong and does not say so under in range: jumps (20 %)."
     assert avoid == f"{says} Inputs outside of their ranges are reported."
     silent = row("steps", harmful=0.5, silent=0.2)
     _, _, avoid = verdict([row(), silent, replace(silent, steps=4.0), *finer])
@@ -65,13 +66,20 @@ def test_kinds_beyond_the_range_and_sums_of_kinds_are_not_named() -> None:
 def test_kinds_of_which_few_motions_were_measured_say_how_many() -> None:
     rows = [row("jumps", harmful=0.5, trajectories=2), row("steps", harmful=0.4, trajectories=1)]
     _, _, avoid = verdict([row(), *rows])
-    assert "jumps (1 %, 2 motions), steps (1 %, 1 motion); there" in avoid
+    assert "in range: jumps (1 %, 2 motions), in range: steps (1 %, 1 motion); there" in avoid
+
+
+def test_kinds_of_the_same_name_have_their_groups() -> None:
+    rows = [row("steps", group, harmful=0.5, silent=0.1) for group in (IN_RANGE, HELD_OUT)]
+    _, _, avoid = verdict([row(), *rows])
+    assert f"{IN_RANGE}: steps (1 %)" in avoid
+    assert f"{HELD_OUT}: steps (1 %)" in avoid
 
 
 def test_more_kinds_than_three_are_counted() -> None:
     rows = [row(f"kind {n}", harmful=0.9, silent=0.1 * n) for n in range(1, 6)]
     _, _, avoid = verdict([row(), *rows])
-    assert "kind 5 (1 %), kind 4 (1 %), kind 3 (1 %) and 2 more" in avoid
+    assert "kind 5 (1 %), in range: kind 4 (1 %), in range: kind 3 (1 %) and 2 more" in avoid
 
 
 def test_records_have_the_error_of_the_call_that_was_measured() -> None:
@@ -93,7 +101,8 @@ def test_errors_that_are_large_but_usual_are_told_in_the_same_line() -> None:
     error, _, avoid = verdict(rows)
     assert error.endswith("(relative RMSE). At its own step the FMU is far off (error above 5 %).")
     usual = (
-        "steps (40 %), ramps (6 %) its error is usual, but the FMU is far off (error above 5 %)."
+        "in range: steps (40 %), in range: ramps (6 %) its error is usual, but the FMU is far off "
+        "(error above 5 %)."
     )
     assert avoid == f"Under {usual} Inputs outside of their ranges are reported."
     _, _, avoid = verdict([*rows, row("jumps", error=0.9, harmful=0.5, silent=0.5)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slide_fmu.report.html_report import Fact
-from slide_fmu.report.verdict_facts import MISSING, Subject, facts_of
+from slide_fmu.report.verdict_facts import MISSING, facts_of
 from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import HELD_OUT
@@ -15,7 +15,7 @@ TIMING = timing(10.0)
 
 
 def facts(*rows: Row, times: Timing = TIMING) -> dict[str, Fact]:
-    return {fact.name: fact for fact in facts_of(rows, times, Subject(1.5, 0.02))}
+    return {fact.name: fact for fact in facts_of(rows, times, memory_s=1.5)}
 
 
 def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:

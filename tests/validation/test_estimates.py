@@ -10,6 +10,7 @@ import pytest
 
 from slide_fmu.core.readable import quantity
 from slide_fmu.report.trust_sections import estimate_table, tolerance_table
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 from tests.validation.handmade import bounded, comparison, trust_outputs, validation
@@ -79,7 +80,8 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
     assert [row.alarms for row in rows] == [0.005, 0.01, 0.02, 0.04, 0.08]
     assert {row.tolerances for row in rows} == {None}  # a quarter is outside of the domain
     inside = tolerant(FIRST, THIRD)
-    table = tolerance_table({"in range": inside.figures()})
+    described = SurrogateDescription.of(inside.surrogate)
+    table = tolerance_table({"in range": inside.figures()}, described)
     start = inside.surrogate.error_tolerances
     factor = max(9.0 / start)  # the largest bounds are 9 and 9
     expected = tuple(quantity(value, "m") for value in factor * start)
@@ -88,12 +90,13 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
         "tolerance of y0",
         "tolerance of y1",
     )
-    assert table.rows[0] == ("0.5 %", *expected)
-    not_reached = tolerance_table({"in range": found.figures()})
-    assert not_reached.rows[0] == ("0.5 %", "not reached", "not reached")
+    assert table.rows[0][1:] == tuple(quantity(value, "m") for value in start)
+    assert table.rows[1] == ("0.5 %", *expected)
+    not_reached = tolerance_table({"in range": found.figures()}, described)
+    assert not_reached.rows[1] == ("0.5 %", "not reached", "not reached")
     beyond = tolerant(FIRST, THIRD, amplitude=(1.0, 2.0)).figures()
     assert beyond.tolerances == ()
-    assert tolerance_table({"beyond": beyond}).rows == ()
+    assert tolerance_table({"beyond": beyond}, described).rows == ()
 
 
 def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:

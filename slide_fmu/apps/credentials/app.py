@@ -21,18 +21,19 @@ def _members(release: Release) -> Mapping[str, bytes]:
 
 
 def _problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
-    from slide_fmu.apps.credentials.metadata_check import metadata_problems
-    from slide_fmu.apps.credentials.problems import credential_problems
+    from slide_fmu.apps.credentials.problems import credential_problems, metadata_problems
 
-    found = credential_problems(fmu, surrogate)
-    return found + metadata_problems(fmu, surrogate, provenance)
+    return [
+        *credential_problems(fmu, surrogate),
+        *metadata_problems(fmu, surrogate, provenance),
+    ]
 
 
 def _repeat(fmu: Path, surrogate: Surrogate) -> Repeated | None:
     from slide_fmu.apps.credentials.replay import replay
 
-    found = replay(fmu, surrogate)
-    return None if found is None else found.repeated()
+    run_again = replay(fmu, surrogate)
+    return None if run_again is None else run_again.repeated()
 
 
 def _example_run(fmu: Path) -> tuple[Mapping[str, float], dict[str, bytes]] | None:

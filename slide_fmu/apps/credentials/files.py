@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import jinja2
+
 from slide_fmu.apps.credentials import members
-from slide_fmu.apps.credentials.experiment import experiment_members, read_experiment
-from slide_fmu.apps.credentials.make_experiment import forecasts, make_experiment
+from slide_fmu.apps.credentials.experiment import Experiment, experiment_members, read_experiment
+from slide_fmu.apps.credentials.make_experiment import make_experiment
 from slide_fmu.apps.credentials.manifest import Related, write_manifest
 from slide_fmu.apps.credentials.metadata import resource_metadata
-from slide_fmu.apps.credentials.page import references_page, with_links
 from slide_fmu.apps.credentials.statements import statements
+from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.fmu.attachments.files import LICENSES
 from slide_fmu.fmu.export import PROVENANCE
 from slide_fmu.pipeline.apps import Release
 from slide_fmu.pipeline.documents import CARD, PAGE
+from slide_fmu.report.fmu_description import FmuDescription
+
+FOOTER = "<!-- links of the FMU -->"
+END = "</body>"
 
 KNOWN = (
     Related(
@@ -59,7 +68,8 @@ def members_of(release: Release) -> dict[str, bytes]:
     experiment = None if release.former is None else read_experiment(release.former)
     if experiment is None and release.fmu is not None:
         experiment = make_experiment(release.fmu, surrogate, release.case, release.seed)
-    entries = statements(surrogate, recipe, release.provenance)
+    described = FmuDescription.of(surrogate, release.provenance)
+    entries = statements(described, recipe)
     payload, name = surrogate.to_bytes(), surrogate.name
     found = {members.METADATA: resource_metadata(name, recipe.description, entries, payload)}
     if experiment is not None:
@@ -69,6 +79,60 @@ def members_of(release: Release) -> dict[str, bytes]:
     there = {*release.members, *found, PROVENANCE}
     files = [file for file in KNOWN if file.member in there]
     found[members.MANIFEST] = write_manifest(files)
-    shifted = forecasts(surrogate)
+    shifted = described.surrogate.forecasts_inputs
     found[members.REFERENCES_PAGE] = references_page(name, files, experiment, shifted)
     return found
+
+
+def references_page(
+    name: str, files: Sequence[Related], experiment: Experiment | None, shifted: bool
+) -> bytes:
+    """Write the page about related files as HTML.
+
+    Args:
+        name: name of the FMU.
+        files: the files in the manifest.
+        experiment: the experiment of the FMU, if it has one.
+        shifted: whether the FMU forecasts its inputs within a step.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("slide_fmu.apps.credentials"),
+        autoescape=True,
+        trim_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    page = members.REFERENCES_PAGE
+    begin = 0.0
+    if experiment is not None:
+        begin = experiment.step * (experiment.steps + 1 - experiment.compared)
+    text = environment.get_template("references.html").render(
+        name=name,
+        files=[(members.link(file.member, page), file) for file in files],
+        manifest=members.link(members.MANIFEST, page),
+        experiment=experiment,
+        tolerance=OUTPUT_TOLERANCE,
+        begin=begin,
+        shifted=shifted,
+    )
+    return text.encode("utf-8")
+
+
+def with_links(page: bytes) -> bytes:
+    """Return the main page of an FMU with links to the others; a page with links stays unchanged.
+
+    A page without an end of its body stays unchanged too: there is no place for the links.
+    """
+    text = page.decode("utf-8")
+    if FOOTER in text or END not in text:
+        return page
+    addresses = {
+        "model card": CARD,
+        "related files and an experiment to repeat": members.REFERENCES_PAGE,
+        "credentials (SRMD)": members.METADATA,
+        "licences": f"{LICENSES}/license.txt",
+    }
+    links = ", ".join(
+        f'<a href="{members.link(name, PAGE)}">{text}</a>' for text, name in addresses.items()
+    )
+    before, end, rest = text.rpartition(END)
+    return f"{before}{FOOTER}\n<p>In this FMU: {links}.</p>\n{end}{rest}".encode()

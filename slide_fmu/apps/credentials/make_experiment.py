@@ -26,6 +26,7 @@ from slide_fmu.fmu.description.variables import (
     WINDOW_FILLED,
 )
 from slide_fmu.recipe.case import Case
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 
@@ -55,7 +56,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     first = _first(surrogate, truth.burn_in)
     rows = _as_written(surrogate.inputs, truth.inputs[: first + COMPARED])
     set_before = rows
-    if forecasts(surrogate):  # inputs[k] is the value at t_k+1
+    if SurrogateDescription.of(surrogate).forecasts_inputs:  # inputs[k] is the value at t_k+1
         set_before = np.concatenate([rows[:1], rows[:-1]])
     inputs = {signal.name: set_before[:, i] for i, signal in enumerate(surrogate.inputs)}
     parameters = dict(truth.parameters)
@@ -74,11 +75,6 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
         dict(zip(outputs, truth.outputs[first : len(rows) + 1].T, strict=True)),
         parameters,
     )
-
-
-def forecasts(surrogate: Surrogate) -> bool:
-    """Return whether the FMU, as it starts, forecasts its inputs within a step."""
-    return surrogate.hold == "first_order" and not surrogate.inputs_at_step_end
 
 
 def _first(surrogate: Surrogate, burn_in: int) -> int:

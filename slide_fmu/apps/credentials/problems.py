@@ -1,18 +1,28 @@
-"""The credentials of an FMU are checked without running the FMU."""
+"""The credentials of an FMU are checked without running the FMU.
+
+They must be valid and complete, and its metadata must be those that follow from its provenance.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 from slide_fmu.apps.credentials.experiment import read_experiment
 from slide_fmu.apps.credentials.manifest import read_manifest
 from slide_fmu.apps.credentials.members import MANIFEST, METADATA, member
-from slide_fmu.apps.credentials.metadata import checksum
+from slide_fmu.apps.credentials.metadata import checksum, resource_metadata
 from slide_fmu.apps.credentials.schema import CredentialError, parsed
+from slide_fmu.apps.credentials.statements import statements
+from slide_fmu.core.version import other_writer
+from slide_fmu.core.xml_differences import differences
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
-from slide_fmu.fmu.export import read_member
+from slide_fmu.fmu.export import Provenance, read_member
+from slide_fmu.pipeline.card_check import compared_with_provenance, disagreements
+from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -40,6 +50,28 @@ def credential_problems(fmu: Path, surrogate: Surrogate) -> list[str]:
         except CredentialError as error:
             problems.append(str(error))
     return problems
+
+
+def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> list[str]:
+    """Compare the metadata of an FMU with the metadata that its provenance gives.
+
+    The metadata of another version have other words and are not compared.
+    Arguments, result and errors are those of ``slide_fmu.pipeline.card_check.card_problems``.
+    """
+
+    content = read_member(fmu, METADATA)
+    if content is None:
+        return []
+
+    def compare(recipe: Recipe) -> Iterator[str]:
+        entries = statements(FmuDescription.of(surrogate, provenance), recipe)
+        payload = surrogate.to_bytes()
+        written = resource_metadata(surrogate.name, recipe.description, entries, payload)
+        found, expected = ElementTree.fromstring(content), ElementTree.fromstring(written)
+        if other_writer(provenance) is None:
+            yield from disagreements(METADATA, differences(found, expected))
+
+    return compared_with_provenance(fmu, provenance, compare)
 
 
 def _metadata(fmu: Path, surrogate: Surrogate) -> Iterator[str]:

@@ -9,15 +9,21 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
-from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.limits import limits
-from slide_fmu.report.row_tables import RULE, WORDS, judged, length_of, named, ordered
-from slide_fmu.report.run_figures import RunFigures, released_figures
+from slide_fmu.report.row_tables import (
+    RULE,
+    WORDS,
+    call_of,
+    judged,
+    length_of,
+    named,
+    ordered,
+)
+from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import deviations_of
-from slide_fmu.report.verdict import call_of
-from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import row as measured_row
 from slide_fmu.validation.error_figures import ValidationFigures
 
@@ -28,23 +34,21 @@ OF_OUTPUTS = (
 """Figures of an output in its row, if they are known."""
 
 
-def statements(surrogate: Surrogate, recipe: Recipe, provenance: Provenance) -> list[Entry]:
-    """Return all known facts about a surrogate.
+def statements(described: FmuDescription, recipe: Recipe) -> list[Entry]:
+    """Return all known facts about an FMU.
 
     Args:
-        surrogate: the surrogate of the FMU.
+        described: the FMU; it was measured or not.
         recipe: the recipe that it was made from, with all values resolved.
-        provenance: further content of the FMU; ``measured`` has the figures of its report, if it
-            was measured.
     """
-    measured = released_figures(provenance)
+    measured = described.measured
     return [
         Entry("purpose", [_purpose(recipe)]),
-        *_validity(surrogate, recipe, measured),
+        *_validity(described, recipe),
         *_reference(recipe, measured),
-        *_data(recipe, provenance),
+        *_data(described, recipe),
         *([] if measured is None else _accuracy(measured)),
-        Entry("limits", limits(surrogate, recipe, measured)),
+        Entry("limits", limits(described, recipe)),
     ]
 
 
@@ -56,9 +60,10 @@ def _purpose(recipe: Recipe) -> str:
     )
 
 
-def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
+def _validity(described: FmuDescription, recipe: Recipe) -> list[Entry]:
+    surrogate = described.surrogate
     found = [
-        Entry("validity.in_words", _in_words(surrogate, recipe, measured)),
+        Entry("validity.in_words", _in_words(described, recipe)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
     ]
@@ -69,14 +74,15 @@ def _validity(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None)
     for name, kinds in others.items():
         if kinds:
             found.append(table(name, "Excitation", _kind_rows(kinds)))
-    if surrogate.parameters:
-        rows = [_range_row(p.signal) for p in surrogate.parameters]
+    if surrogate.physical_parameters:
+        rows = [_range_row(p.signal) for p in surrogate.physical_parameters]
         found.append(table("validity.parameters", "Parameter", rows))
     return found
 
 
-def _in_words(surrogate: Surrogate, recipe: Recipe, measured: RunFigures | None) -> list[str]:
+def _in_words(described: FmuDescription, recipe: Recipe) -> list[str]:
     """Say for which inputs the FMU is valid, and what it was trained on."""
+    surrogate, measured = described.surrogate, described.measured
     kinds = rules_of(recipe).described(
         recipe, surrogate.inputs, surrogate.window.step, held_out=False
     )
@@ -149,9 +155,9 @@ def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
     return [model, table("reference.error", "Error", errors)]
 
 
-def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
+def _data(described: FmuDescription, recipe: Recipe) -> list[Entry]:
     """State the training data, and the programs used."""
-    data = recipe.data
+    data, provenance, origin = recipe.data, described.provenance or {}, described.origin
     found = []
     if not rules_of(recipe).simulated:
         found.append(table("data.records", "Record", _rows(provenance.get("records", []))))
@@ -161,14 +167,14 @@ def _data(recipe: Recipe, provenance: Provenance) -> list[Entry]:
         rows = [{"name": split, "trajectories": recipe.count(split)} for split in SPLITS]
         times = {"duration_s": data.duration, "burn_in_s": data.burn_in, "seed": data.seed}
         found.append(table("data.trajectories", "Part", rows, **times))
-    seeds = {k: v for k, v in provenance.get("seeds", {}).items() if v is not None}
+    seeds = origin.known_seeds
     if recipe.bound is not None:
         seeds["error_bound"] = recipe.bound.expert.seed
     of_all = ({"of": k, "value": v} for k, v in sorted(seeds.items()))
     found.append(table("training", "Seed", of_all))
     if "start" in provenance:
         found.append(table("training.start", "Fmu", _rows([provenance["start"]])))
-    versions = sorted(provenance.get("versions", {}).items())
+    versions = sorted(origin.versions.items())
     rows_of_versions = ({"package": k, "version": v} for k, v in versions)
     return [*found, table("versions", "Version", rows_of_versions)]
 

@@ -9,7 +9,8 @@ from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE, HELD
 from slide_fmu.fmu.export import Provenance
-from slide_fmu.report.run_figures import released_figures
+from slide_fmu.report.fmu_description import FmuDescription
+from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 
 FLAGS = (
@@ -97,31 +98,32 @@ def facts_of(surrogate: Surrogate, provenance: Provenance | None = None) -> Page
     Raises:
         ValueError: the measured figures are not of the form that this version writes.
     """
+    described = FmuDescription.of(surrogate, provenance)
+    one = described.surrogate
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
-    step, estimated = surrogate.window.step, surrogate.estimates_errors
     flags = [BY_KEY[key].name for key in FLAGS]
     return PageFacts(
-        name=surrogate.name,
-        step=step,
-        hold=surrogate.hold,
-        memory=step * surrogate.network.memory_length,
-        past=step * max(memory_lengths(surrogate).values()),
-        estimated=step * surrogate.estimated_samples if estimated else None,
-        inputs=_variables(surrogate.inputs, references),
-        outputs=tuple(_output(signal, references) for signal in surrogate.outputs),
-        parameters=_variables([p.signal for p in surrogate.parameters], references),
+        name=one.name,
+        step=one.window.step,
+        hold=one.hold,
+        memory=one.memory_s,
+        past=one.window.step * max(memory_lengths(surrogate).values()),
+        estimated=one.estimate_span_s,
+        inputs=_variables(one.inputs, references),
+        outputs=tuple(_output(signal, references) for signal in one.outputs),
+        parameters=_variables([p.signal for p in one.physical_parameters], references),
         flags={name: references[name] for name in flags if name in references},
-        confidence=_confidence(surrogate, references),
+        confidence=_confidence(one, references),
         known=references.get(AT_STEP_END, references.get(HELD)),
-        usual=_usual_error(surrogate, provenance),
+        usual=_usual_error(described),
     )
 
 
-def _usual_error(surrogate: Surrogate, provenance: Provenance | None) -> float | None:
-    if surrogate.bound is not None or surrogate.estimates_errors:
+def _usual_error(described: FmuDescription) -> float | None:
+    one = described.surrogate
+    if one.error_bound is not None or one.estimate_span_s is not None:
         return None
-    figures = released_figures(provenance)
-    return None if figures is None else figures.usual_error
+    return None if described.measured is None else described.measured.usual_error
 
 
 def names_of(surrogate: Surrogate) -> list[str]:
@@ -157,10 +159,14 @@ def _output(signal: Signal, references: Mapping[str, int]) -> PageOutput:
     return PageOutput(**vars(_variable(signal, references)), estimate=estimate, bound=bound)
 
 
-def _confidence(surrogate: Surrogate, references: Mapping[str, int]) -> PageConfidence | None:
-    if surrogate.bound is None:
+def _confidence(
+    described: SurrogateDescription, references: Mapping[str, int]
+) -> PageConfidence | None:
+    if described.error_bound is None:
         return None
     low, _, start = BY_KEY["CONFIDENCE"].bounds
     assert isinstance(low, float)
     assert isinstance(start, float)
-    return PageConfidence(low, surrogate.bound.confidences[-1], start, references[CONFIDENCE])
+    return PageConfidence(
+        low, described.error_bound.confidences[-1], start, references[CONFIDENCE]
+    )

@@ -10,17 +10,20 @@ import pytest
 from slide_fmu.apps.credentials.metadata import OWN, Entry
 from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.recipe.reading import parse_open_recipe
+from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.limits import limits
 from slide_fmu.validation.results import Validation
 from tests.own_records import RECIPE
 from tests.recipes import tiny_state_space_recipe
+from tests.report.descriptions import described
 from tests.report.made_rows import MEASURED
 from tests.validation.tiny_validation import FINER, PLAIN, figures_of
 
 
 def told(found: Validation, provenance: dict[str, Any]) -> dict[str, Any]:
     """Values by keyword."""
-    return {e.keyword: e.value for e in statements(found.surrogate, FINER, provenance)}
+    entries = statements(FmuDescription.of(found.surrogate, provenance), FINER)
+    return {e.keyword: e.value for e in entries}
 
 
 def test_statements_have_the_measured_error_of_every_output(finer: Validation) -> None:
@@ -40,7 +43,7 @@ def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
     (error,) = told(finer, {"measured": figures.dump()})["reference.error"]
     known = figures.in_range.outputs[0].model_relative_rmse
     assert float(error.get("relative_rmse_of_data_model")) == known
-    unknown = {e.keyword: e.value for e in statements(finer.surrogate, PLAIN, {})}
+    unknown = {e.keyword: e.value for e in statements(described(finer.surrogate), PLAIN)}
     assert unknown["reference.error"] == [
         "The reference is the model that made the data; its own error is not known here."
     ]
@@ -61,7 +64,7 @@ def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
 
 def test_seeds_of_an_error_bound_are_told(finer: Validation) -> None:
     recipe = tiny_state_space_recipe(bound={"expert": {"seed": 7}}, data={"duration": 4.0})
-    entries = statements(finer.surrogate, recipe, {"seeds": {"training": 3}})
+    entries = statements(described(finer.surrogate, seeds={"training": 3}), recipe)
     (found,) = (entry.value for entry in entries if entry.keyword == "training")
     seeds = {row.get("of"): row.get("value") for row in found}
     assert seeds == {"training": "3", "error_bound": "7"}
@@ -75,7 +78,7 @@ def test_order_of_kept_figures_does_not_matter(finer: Validation) -> None:
 
 
 def texts(found: Validation, provenance: dict[str, Any]) -> list[Any]:
-    entries: list[Entry] = statements(found.surrogate, FINER, provenance)
+    entries: list[Entry] = statements(FmuDescription.of(found.surrogate, provenance), FINER)
     return [
         list(map(str, e.value)) if isinstance(e.value, list) else [r.items() for r in e.value]
         for e in entries
@@ -84,16 +87,16 @@ def texts(found: Validation, provenance: dict[str, Any]) -> list[Any]:
 
 def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation) -> None:
     sentence = "The error of this surrogate has not been measured."
-    assert sentence in limits(finer.surrogate, FINER, None)
-    assert sentence not in limits(finer.surrogate, FINER, figures_of(finer))
+    assert sentence in limits(described(finer.surrogate), FINER)
+    assert sentence not in limits(described(finer.surrogate, figures_of(finer)), FINER)
 
 
 def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) -> None:
     found = figures_of(finer)
-    assert limits(finer.surrogate, FINER, found)[0].endswith("trained on is not known.")
+    assert limits(described(finer.surrogate, found), FINER)[0].endswith("trained on is not known.")
     others = replace(found.in_range, held_out=True)
     found = replace(found, validation={**found.validation, "others": others})
-    first = limits(finer.surrogate, FINER, found)[0]
+    first = limits(described(finer.surrogate, found), FINER)[0]
     assert first.endswith("is known of those alone that were held out and measured.")
 
 
@@ -109,7 +112,7 @@ def test_limits_warn_of_amplitudes_as_the_card_does(
         "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its relative RMSE is "
         "up to 30 %."
     )
-    assert (sentence in limits(finer.surrogate, FINER, found)) == warned
+    assert (sentence in limits(described(finer.surrogate, found), FINER)) == warned
 
 
 def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
@@ -125,7 +128,8 @@ def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
     assert (outputs[0].get("name"), outputs[0].get("unit")) == ("position", "m")
     words = found["validity.in_words"]
     assert "in range: valid at 20 ms, relative RMSE 2 %." in words
-    assert "sines of 1 Hz: not valid, not always reported at 20 ms, relative RMSE 30 %." in words
+    of_sines = "not valid, not always reported at 20 ms, relative RMSE 30 %."
+    assert f"smooth inputs: sines of 1 Hz: {of_sines}" in words
 
 
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
@@ -135,9 +139,10 @@ def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
         finer,
         stability=[{"amplitude": 1.0}, {"amplitude": 1.5}],
         record_remarks=["few records"],
+        sizes_tried=[],
         remark="more units may help",
     )
-    sentences = limits(finer.surrogate, FINER, found)
+    sentences = limits(described(finer.surrogate, found), FINER)
     assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
     assert sentences[-2:] == ["Few records.", "More units may help."]
 
@@ -148,7 +153,7 @@ def test_statements_of_records_name_their_files_and_hashes(finer: Validation) ->
         "noise_record": {"file": "rest.csv", "sha256": "2b"},
     }
     recipe = parse_open_recipe(RECIPE, "bench.toml").guess
-    found = {e.keyword: e.value for e in statements(finer.surrogate, recipe, origin)}
+    found = {e.keyword: e.value for e in statements(described(finer.surrogate, **origin), recipe)}
     for keyword, row in (
         ("data.records", origin["records"][0]),
         ("data.noise_record", origin["noise_record"]),

@@ -16,7 +16,7 @@ from slide_fmu.apps.credentials import members
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
-from slide_fmu.report.verdict_facts import Subject
+from slide_fmu.surrogate.description import SurrogateDescription
 from tests.apps.page.conftest import FMUS
 
 NAMES = sorted(path.parent.name for path in FMUS.glob("*/*.fmu"))
@@ -52,7 +52,10 @@ def test_page_names_no_address_on_the_network(page_of: Callable[[str], Path]) ->
 
 def test_page_has_the_memory_of_the_verdict(page_of: Callable[[str], Path]) -> None:
     surrogate, _ = read_fmu(FMUS / "duffing" / "duffing.fmu")
-    memory, page = Subject.of(surrogate).memory, page_of("duffing").read_text(encoding="utf-8")
+    memory, page = (
+        SurrogateDescription.of(surrogate).memory_s,
+        page_of("duffing").read_text(encoding="utf-8"),
+    )
     assert _facts(page)["memory"] == pytest.approx(memory)
     assert f"Outputs depend on the inputs of the last {memory:.3g} s." in page
 

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 
+TINY = sys.float_info.min
+"""Nothing is divided by less, so that figures of a reference at rest stay finite."""
+
 
 def rms(values: FloatArray) -> FloatArray:
     """Compute the root mean square over all samples, (..., n_channels) to (n_channels,)."""
     return np.asarray(np.sqrt(np.mean(values.reshape(-1, values.shape[-1]) ** 2, axis=0)))
+
+
+def size_about(truth: FloatArray, mean: FloatArray) -> FloatArray:
+    """Return the RMS about a mean, (n_channels,), of true outputs, (N, n_channels); at least TINY.
+
+    Errors are relative to it.
+    """
+    return np.maximum(rms(truth - mean), TINY)
 
 
 def moving_rms(errors: FloatArray, length: int) -> FloatArray:

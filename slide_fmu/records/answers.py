@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slide_fmu.propose.trial import Tried
     from slide_fmu.report.html_report import ReportSection
     from slide_fmu.validation.error_figures import ResponseFigures
-    from slide_fmu.validation.meter import Meter
+    from slide_fmu.validation.measure import Meter
     from slide_fmu.validation.results import Validation
     from slide_fmu.validation.row import Row
 

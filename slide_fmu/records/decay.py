@@ -19,6 +19,7 @@ import scipy.linalg
 import scipy.signal
 from numpy.typing import NDArray
 
+from slide_fmu.core.measures import TINY
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.memory.modes import time_to_decay
 from slide_fmu.records.faults import outliers
@@ -139,7 +140,7 @@ def _sound(values: FloatArray) -> FloatArray:
 
 def _scale(values: FloatArray) -> FloatArray:
     """Return mean and standard deviation of the known values, (N, channels), as (2, n)."""
-    deviation = np.maximum(np.nanstd(values, axis=0), np.finfo(np.float64).tiny)
+    deviation = np.maximum(np.nanstd(values, axis=0), TINY)
     return np.stack([np.nanmean(values, axis=0), deviation])
 
 
@@ -148,7 +149,7 @@ def _band_edge(trajectories: Sequence[Trajectory]) -> float:
     longest = max(trajectories, key=lambda one: len(one.inputs)).inputs
     length = min(len(longest), 4096)
     _, power = scipy.signal.welch(longest, nperseg=length, axis=0, detrend="constant")
-    share = np.cumsum(power.sum(axis=1)) / max(power.sum(), np.finfo(np.float64).tiny)
+    share = np.cumsum(power.sum(axis=1)) / max(power.sum(), TINY)
     return math.pi * (int(np.searchsorted(share, EXCITED)) + 1) / (len(share) - 1)
 
 

@@ -18,7 +18,7 @@ from slide_fmu.records.free_run import free_run
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.segments import unseen_blocks
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.known_truth import compare_with_truth
+from slide_fmu.validation.comparison import compare_with_truth
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
 

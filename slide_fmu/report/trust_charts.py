@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.measures import percent, rms
+from slide_fmu.core.measures import TINY, percent, rms
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
@@ -16,9 +16,8 @@ from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.report.trajectory_charts import NOT_TRUSTED, parts_of, signals_panel
 from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.attacked import MeasuredInputs
+from slide_fmu.validation.adversarial import MeasuredInputs
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import error_over_bound
 
 SCATTER_POINTS = 3000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.core.measures import percent, rms
+from slide_fmu.core.measures import TINY, percent, rms
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.web.charts import Chart
@@ -19,7 +19,6 @@ from slide_fmu.report.trajectory_charts import (
 )
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.trust import TINY
 from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
 
 WINDOWS = 3

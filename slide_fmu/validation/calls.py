@@ -10,17 +10,23 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import TINY, rms, size_about
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.run import UnpackedFmu, run_fmu
-from slide_fmu.fmu.description.variables import AT_STEP_END, BOUND_FILLED, HELD, TRUSTED
+from slide_fmu.fmu.description.variables import (
+    AT_STEP_END,
+    BOUND_FILLED,
+    ERROR_BOUND,
+    ERROR_ESTIMATE,
+    HELD,
+    IN_DOMAIN,
+    NOVELTY,
+    TRUSTED,
+)
 from slide_fmu.validation.input_courses import InputCourse, Stairs
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
 
 Kind = TypeVar("Kind", bound=np.generic)
-
-TINY = np.finfo(np.float64).tiny
-"""Nothing is divided by less, so that figures of a reference at rest stay finite."""
 
 SLACK = 1e-6
 """Times that differ by this part of a step are the same, as their rounding differs."""
@@ -69,18 +75,30 @@ class CallAnswers:
     """CallAnswers are what an FMU gave at the n communication points of a motion that count.
 
     Attributes:
-        error: outputs minus truth, in their units, shape (n, n_outputs).
-        truth: likewise.
+        outputs: in their units, shape (n, n_outputs).
+        truth: what the reference gave, likewise.
         bounds: 95 % error bounds, likewise; None of an FMU without them.
         trusted: whether ``trusted`` was true, (n,); None of an FMU without it.
         filled: whether ``error_bound_filled`` was 1, (n,); all true of an FMU without it.
+        estimates: error estimates, as the bounds; None of an FMU without them.
+        novelty, in_domain: of the inputs, (n,); None of an FMU without them.
+        seconds: wall time in s of every step of the run; empty of another program than an FMU.
     """
 
-    error: FloatArray
+    outputs: FloatArray
     truth: FloatArray
     bounds: FloatArray | None
     trusted: NDArray[np.bool_] | None
     filled: NDArray[np.bool_]
+    estimates: FloatArray | None = None
+    novelty: FloatArray | None = None
+    in_domain: FloatArray | None = None
+    seconds: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def error(self) -> FloatArray:
+        """Outputs minus truth, (n, n_outputs)."""
+        return self.outputs - self.truth
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,24 +161,36 @@ def answers(
     rows = motion.course(times)
     columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
     names = [signal.name for signal in outputs]
-    bounds = [name for n in names if (name := f"{n}_error_bound") in fmu.references]
-    flags = [name for name in (TRUSTED, BOUND_FILLED) if name in fmu.references]
+    bounds = [ERROR_BOUND.format(signal=name) for name in names]
+    estimates = [ERROR_ESTIMATE.format(signal=name) for name in names]
+    wanted = (*names, *bounds, *estimates, TRUSTED, BOUND_FILLED, NOVELTY, IN_DOMAIN)
+    known = [name for name in wanted if name in fmu.references]
     parameters, held = dict(motion.parameters), AT_STEP_END not in fmu.references
     if call == "known":
         parameters[HELD if held else AT_STEP_END] = 1.0
     elif held and isinstance(motion.course, Stairs) and _same(step, motion.course.step, fmu.step):
         # at this step nobody can tell stairs from samples of a smooth signal: the user says so
         parameters[HELD] = 1.0
-    values = run_fmu(fmu, columns, [*names, *bounds, *flags], parameters, step).values
+    run = run_fmu(fmu, columns, known, parameters, step)
     at, places = motion.points(step)
-    found = dict(zip(flags, values[at, len(names) + len(bounds) :].T, strict=True))
-    truth = motion.truth[places]
+    by_name = dict(zip(known, run.values[at].T, strict=True))
+
+    def stacked(names: Sequence[str]) -> FloatArray | None:
+        """Return what the FMU gave for all outputs, (n, n_outputs); None where it lacks one."""
+        every = [by_name[name] for name in names if name in by_name]
+        return np.stack(every, axis=1) if len(every) == len(names) else None
+
+    filled = by_name.get(BOUND_FILLED)
     return CallAnswers(
-        error=values[at, : len(names)] - truth,
-        truth=truth,
-        bounds=values[at, len(names) : len(names) + len(bounds)] if bounds else None,
-        trusted=found[TRUSTED] > 0 if TRUSTED in found else None,
-        filled=found[BOUND_FILLED] >= 1 if BOUND_FILLED in found else np.full(len(at), True),
+        outputs=run.values[at, : len(names)],
+        truth=motion.truth[places],
+        bounds=stacked(bounds),
+        trusted=by_name[TRUSTED] > 0 if TRUSTED in by_name else None,
+        filled=np.full(len(at), True) if filled is None else filled >= 1,
+        estimates=stacked(estimates),
+        novelty=by_name.get(NOVELTY),
+        in_domain=by_name.get(IN_DOMAIN),
+        seconds=run.seconds,
     )
 
 
@@ -192,7 +222,7 @@ def row_of(
         return None
     step, own = steps
     filled = np.concatenate([one.filled for one in found])
-    size = rms(truth - levels.mean) if levels.size is None else levels.size
+    size = size_about(truth, levels.mean) if levels.size is None else levels.size
     relative, absolute = rms(error) / np.maximum(size, TINY), np.abs(error)
     bounds = _joined([one.bounds for one in found])
     flags = _joined([one.trusted for one in found])

@@ -1,4 +1,4 @@
-"""A comparison holds one trajectory of an FMU and of its reference."""
+"""A comparison is one trajectory of an FMU, in each call of an importer, next to its truth."""
 
 from __future__ import annotations
 
@@ -8,31 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.validation.calls import MeasuredMotion
+from slide_fmu.cosim.run import UnpackedFmu
+from slide_fmu.data.draws import Draw
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.calls import CallAnswers, MeasuredMotion, answers
+from slide_fmu.validation.input_courses import course_of
+from slide_fmu.validation.row import Call
 from slide_fmu.validation.trust import TrustOutputs
 
 
 @dataclass(frozen=True, eq=False)
-class FmuAnswer:
-    """An FmuAnswer holds the results of an FMU along a trajectory, at N scored samples.
-
-    Attributes:
-        outputs: shape (N, n_outputs).
-        estimate: its error estimates, same shape, or None.
-        true_error: as of ``Comparison``.
-        trust: its bounds and its domain, or None.
-    """
-
-    outputs: FloatArray
-    estimate: FloatArray | None
-    true_error: FloatArray
-    trust: TrustOutputs | None
-
-
-@dataclass(frozen=True, eq=False)
 class Comparison:
-    """A comparison is one trajectory of both FMUs.
+    """A Comparison is one trajectory of an FMU and of its reference, with inputs that are known.
 
     Attributes:
         kind: index of the excitation in the recipe, or of the file of records.
@@ -48,17 +37,16 @@ class Comparison:
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
         failed: number of draws before this one that the system could not simulate.
-        plain: outputs of the surrogate FMU as it is, shape (N, n_outputs), where an importer sets
-            u(t) before the step from t, which is all that it knows; None with a zero-order hold.
-            In ``surrogate``, inputs with a first-order hold are set to what they reach by the
-            step's end, as in the reference.
+        plain: the same trajectory in the plain call, where an importer sets u(t) before the step
+            from t, which is all that it knows; None with a zero-order hold, and of itself. In
+            ``surrogate``, inputs with a first-order hold are set to what they reach by the step's
+            end, as in the reference.
         free: outputs of the network run freely from the state with which a record begins, shape
             (N, n_outputs): they have no error of the truncated window. None of simulated
             trajectories, and of networks without a state.
         parameters: values of the physical parameters, by name; empty without parameters.
         trust: bounds and domain of the FMU, or None.
         first_trusted: the first sample at which bound and domain count.
-        plain_answer: with a first-order hold, all results of the FMU in the run of ``plain``.
         motion: inputs as a function of time, and all true outputs, of which rows are made.
     """
 
@@ -72,28 +60,12 @@ class Comparison:
     step_seconds: tuple[FloatArray, FloatArray]
     model: FloatArray | None
     failed: int = 0
-    plain: FloatArray | None = None
+    plain: Comparison | None = None
     free: FloatArray | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     trust: TrustOutputs | None = None
     first_trusted: int = 0
-    plain_answer: FmuAnswer | None = None
     motion: MeasuredMotion | None = None
-
-    def in_plain_call(self) -> Comparison | None:
-        """Return the comparison of an importer that sets u(t); None with a zero-order hold."""
-        answer = self.plain_answer
-        if answer is None:
-            return None
-        return replace(
-            self,
-            surrogate=answer.outputs,
-            estimate=answer.estimate,
-            true_error=answer.true_error,
-            trust=answer.trust,
-            plain=None,
-            plain_answer=None,
-        )
 
     def where_trusted(self) -> Comparison | None:
         """Return the part in which the bound counts; None without a bound, or without samples."""
@@ -104,9 +76,68 @@ class Comparison:
         # every array of a comparison has one row for each sample that is scored
         arrays = {k: v for k, v in vars(self).items() if isinstance(v, np.ndarray)}
         cut: Any = {name: values[part] for name, values in arrays.items()}
-        return replace(self, **cut, trust=trust, first_trusted=0, plain_answer=None)
+        return replace(self, **cut, trust=trust, first_trusted=0, plain=None)
 
     @property
     def error(self) -> FloatArray:
         """The error is the surrogate minus the reference, shape (N, n_outputs)."""
         return self.surrogate - self.reference
+
+
+def compare_with_truth(
+    fmu: UnpackedFmu,
+    surrogate: Surrogate,
+    drawn: Draw,
+    truth: FloatArray,
+    seconds: FloatArray,
+    parameters: Mapping[str, float] | None = None,
+) -> Comparison:
+    """Run an FMU on inputs whose true outputs are known.
+
+    Args:
+        drawn: the inputs, (N, n_inputs); their burn-in is not scored.
+        truth: outputs, (N + 1, n_outputs).
+        seconds: wall time in s of each step that made them; empty where they were measured.
+        parameters: values of the FMU's physical parameters, by name; its start values if None.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    step, span = surrogate.window.step, surrogate.estimated_samples
+    first = max(drawn.burn_in + 1, surrogate.network.memory_length)
+    filling = 0 if surrogate.bound is None else surrogate.bound.filling_length
+    course = course_of(drawn, surrogate.inputs, step, surrogate.planned)
+    motion = MeasuredMotion(course, truth, step, first * step, dict(parameters or {}))
+
+    def compared(call: Call) -> Comparison:
+        found = answers(fmu, surrogate.inputs, surrogate.outputs, motion, call, step)
+        true_error = np.full_like(found.error, np.nan)
+        if len(true_error) >= span:
+            true_error[span - 1 :] = moving_rms(found.error, span)
+        return Comparison(
+            kind=drawn.kind,
+            time=step * np.arange(first, len(truth), dtype=np.float64),
+            inputs=drawn.inputs[first - 1 :],
+            reference=found.truth,
+            surrogate=found.outputs,
+            estimate=found.estimates,
+            true_error=true_error,
+            step_seconds=(found.seconds, seconds),
+            model=None,
+            parameters=motion.parameters,
+            trust=_trust(found),
+            first_trusted=max(0, filling - first),
+            motion=motion,
+        )
+
+    plain = compared("plain") if surrogate.hold == "first_order" else None
+    return replace(compared("known"), plain=plain)
+
+
+def _trust(found: CallAnswers) -> TrustOutputs | None:
+    """Return bounds and domain; None of an FMU that lacks one of them."""
+    bounds, novelty = found.bounds, found.novelty
+    in_domain, trusted = found.in_domain, found.trusted
+    if bounds is None or novelty is None or in_domain is None or trusted is None:
+        return None
+    return TrustOutputs(bounds, novelty, in_domain, trusted.astype(np.float64))

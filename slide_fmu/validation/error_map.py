@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.measures import TINY, size_about
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.trust import TINY
 
 SHORTEST_PIECE = 16
 """Fewest samples of a piece: shorter ones have no frequency."""
@@ -59,7 +59,7 @@ def error_map(validation: Validation) -> ErrorMap | None:
     if length < SHORTEST_PIECE:
         return None
     reference = np.concatenate([c.reference for c in validation.used])
-    size = np.maximum(np.sqrt(np.mean((reference - validation.mean) ** 2, axis=0)), TINY)
+    size = size_about(reference, validation.mean)
     found = [_pieces_of(c, length, surrogate.inputs, size) for c in validation.used]
     amplitude, cycles, square = (np.concatenate(part) for part in zip(*found, strict=True))
     moving = amplitude > 0

@@ -17,7 +17,7 @@ from slide_fmu.cosim.between import interpolated
 from slide_fmu.data.draws import Draw
 
 SLACK = 1e-6
-"""A time that lies before a sample by this part of a step, from rounding, counts as the sample."""
+"""A time that differs by this part of a step from that of a sample is the time of the sample."""
 
 
 class InputCourse(Protocol):
@@ -68,7 +68,10 @@ class Lines:
     def __call__(self, times: FloatArray) -> FloatArray:
         known = np.concatenate([self.rows[:1], self.rows])
         at_nodes = self.step * np.arange(len(known), dtype=np.float64)
-        return interpolated(at_nodes, known, self.cosines, times, self.curved)
+        place = times / self.step
+        sample = np.rint(place)  # a time that is a sample's but for rounding has its very values
+        at = self.step * np.where(np.abs(place - sample) <= SLACK, sample, place)
+        return interpolated(at_nodes, known, self.cosines, at, self.curved)
 
 
 def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool) -> InputCourse:

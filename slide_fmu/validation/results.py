@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import rms, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
@@ -73,8 +72,9 @@ class Validation:
 
         It sets u(t) before the step from t, unless the inputs are planned motions.
         """
-        plain = [None if self.surrogate.planned else c.in_plain_call() for c in self.comparisons]
-        return tuple(p or c for p, c in zip(plain, self.comparisons, strict=True))
+        return tuple(
+            c if self.surrogate.planned or c.plain is None else c.plain for c in self.comparisons
+        )
 
     def usual_error(self) -> FloatArray:
         """Return the 95 % quantile of the absolute errors with known inputs, (n_outputs,).
@@ -99,8 +99,7 @@ class Validation:
         Both arguments have the shape (n, n_outputs), of all trajectories or of some. A reference
         that is constant throughout counts as tiny, so that the figure stays finite.
         """
-        size = np.maximum(rms(reference - self.mean), np.finfo(np.float64).tiny)
-        return np.asarray(rms(error) / size)
+        return np.asarray(rms(error) / size_about(reference, self.mean))
 
     def figures(self) -> ValidationFigures:
         """Return the figures, as ``report.json`` holds their dump."""
@@ -146,6 +145,7 @@ class Validation:
         signal = self.surrogate.outputs[index]
         reference, error = _joined(self.comparisons)
         single = [self._relative_rmse([c])[index] for c in self.comparisons]
+        plain = [None if c.plain is None else c.plain.surrogate for c in self.comparisons]
 
         def relative_of(others: Sequence[FloatArray | None]) -> float | None:
             """Give the relative RMSE of other outputs than the surrogate's, if there are any."""
@@ -165,7 +165,7 @@ class Validation:
             usual_level=float(self.usual_error()[index]),
             relative_rmse_of_trajectories=_quantiles(single),
             model_relative_rmse=relative_of([c.model for c in self.comparisons]),
-            plain_relative_rmse=relative_of([c.plain for c in self.comparisons]),
+            plain_relative_rmse=relative_of(plain),
             relative_noise_floor=self._noise_floor(index),
             free_relative_rmse=self._free_error(index),
         )
@@ -182,7 +182,7 @@ class Validation:
     def _size(self, index: int) -> float:
         """Return the RMS of an output about its mean."""
         reference, _ = _joined(self.comparisons)
-        return max(float(rms(reference - self.mean)[index]), sys.float_info.min)
+        return float(size_about(reference, self.mean)[index])
 
     def _excitations(self) -> Iterator[KindFigures]:
         for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):
@@ -200,8 +200,8 @@ class Validation:
             return None
         signals, (estimates, errors) = self.surrogate.outputs, _estimated(self.used)
         outputs = self._deviations(estimates, errors)
-        plain = [c.in_plain_call() for c in self.comparisons] if self.surrogate.planned else []
-        others = [c for c in plain if c is not None]
+        planned = self.comparisons if self.surrogate.planned else ()
+        others = [c.plain for c in planned if c.plain is not None]
         euclidean = None
         if len(signals) > 1 and len({signal.unit for signal in signals}) == 1 and outputs:
             norms = (np.linalg.norm(values, axis=1) for values in (estimates, errors))

@@ -154,10 +154,8 @@ def model_rows(
             starts = own / steps * np.floor(np.arange(count) * of_truth / held)
             outputs_of = simulate(system, motion.course(starts)).outputs
             _, places = motion.points(own / steps)
-            truth = motion.truth[places]
-            error = outputs_of[places // of_truth] - truth
-            counted = np.full(len(truth), True)
-            every.append(CallAnswers(error, truth, None, None, counted))
+            outputs_there, counted = outputs_of[places // of_truth], np.full(len(places), True)
+            every.append(CallAnswers(outputs_there, motion.truth[places], None, None, counted))
         named = replace(found.named, failed=())
         row = row_of(every, outputs, named, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]

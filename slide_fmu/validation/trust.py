@@ -6,7 +6,6 @@ samples: the constant knows the distribution of the errors, but not the error of
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +14,6 @@ from numpy.typing import NDArray
 from slide_fmu.core.measures import best_constant
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.validation.error_figures import Deviation, ToleranceRow
-
-TINY = sys.float_info.min
-"""Pictures with logarithmic axes show nothing smaller."""
 
 TOO_SMALL = 2.0
 """An error estimate was too small where the true error is more than this many times as large."""

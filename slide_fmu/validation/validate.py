@@ -23,9 +23,8 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.comparison import Comparison
+from slide_fmu.validation.comparison import Comparison, compare_with_truth
 from slide_fmu.validation.error_figures import SpeedFigures
-from slide_fmu.validation.known_truth import compare_with_truth
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.speed import relative_error, speed_at_equal_accuracy
 from slide_fmu.validation.task import Task

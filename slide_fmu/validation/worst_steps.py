@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slide_fmu.core.measures import TINY
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.validation.comparison import Comparison
-from slide_fmu.validation.trust import TINY
 
 
 class WorstStep(NamedTuple):

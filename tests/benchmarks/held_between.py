@@ -27,7 +27,7 @@ from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion, Named
 from slide_fmu.validation.input_courses import Stairs
-from slide_fmu.validation.meter import Meter
+from slide_fmu.validation.measure import Meter
 
 CASES = ((1.0, 1.0), (1.0, 0.5), (1.0, 0.25), (0.7, 0.7), (0.25, 0.25), (0.8, 0.05), (0.74, 0.37))
 """Times for which values are held, and communication steps, in own steps. Outputs of the last two

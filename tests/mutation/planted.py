@@ -54,16 +54,16 @@ PLANTED = {
         "::test_one_input_out_of_range_counts_until_the_memory_has_lost_it",
     ),
     "samples are scored before the network has seen the inputs that it needs": Planted(
-        "slide_fmu/validation/known_truth.py",
+        "slide_fmu/validation/comparison.py",
         "first = max(drawn.burn_in + 1, surrogate.network.memory_length)",
         "first = drawn.burn_in + 1",
         "tests/validation/test_compare.py"
         "::test_scores_begin_after_the_burn_in_where_all_inputs_were_set",
     ),
     "the true error stands beside the estimate of the next sample": Planted(
-        "slide_fmu/validation/known_truth.py",
-        "true_error[span - 1 :] = moving_rms(error, span)",
-        "true_error[span - 1 :] = np.roll(moving_rms(error, span), 1, axis=0)",
+        "slide_fmu/validation/comparison.py",
+        "true_error[span - 1 :] = moving_rms(found.error, span)",
+        "true_error[span - 1 :] = np.roll(moving_rms(found.error, span), 1, axis=0)",
         "tests/validation/test_compare.py"
         "::test_true_error_is_that_of_the_span_which_ends_at_the_sample",
     ),

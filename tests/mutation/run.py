@@ -51,7 +51,6 @@ MODULES = {
     "window": Module(("slide_fmu/core/window.py",), ("tests/core/test_window.py",)),
     "validation": Module(
         (
-            "slide_fmu/validation/known_truth.py",
             "slide_fmu/validation/validate.py",
             "slide_fmu/validation/comparison.py",
             "slide_fmu/validation/results.py",

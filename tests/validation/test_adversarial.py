@@ -19,8 +19,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation import adversarial
-from slide_fmu.validation.adversarial import Attack, attack, search
-from slide_fmu.validation.attacked import Target
+from slide_fmu.validation.adversarial import Attack, Target, attack, search
 from tests.bounded import bounded_surrogate, with_tolerances
 from tests.fmu.samples import CellShape, Shape
 from tests.progress import silent

@@ -112,7 +112,7 @@ def made(error: FloatArray, trusted: list[bool]) -> CallAnswers:
     count = len(error)
     bounds = np.full(error.shape, 0.2)
     truth = np.tile([[1.0], [-1.0]], (count // 2, error.shape[1]))
-    return CallAnswers(error, truth, bounds, np.array(trusted), np.full(count, True))
+    return CallAnswers(truth + error, truth, bounds, np.array(trusted), np.full(count, True))
 
 
 def test_an_error_is_silent_only_if_the_same_output_is_harmful_and_above_its_bound() -> None:

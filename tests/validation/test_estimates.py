@@ -101,9 +101,9 @@ def test_tolerances_are_given_by_false_alarms_in_range() -> None:
 
 def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:
     """Estimates would be drawn beside other samples else, or not at all."""
-    arrays = {name: SECOND.reference + i for i, name in enumerate(("estimate", "plain", "model"))}
+    arrays = {name: SECOND.reference + i for i, name in enumerate(("estimate", "free", "model"))}
     cut = replace(SECOND, first_trusted=2, **arrays).where_trusted()
     assert cut is not None
     for name, values in arrays.items():
         np.testing.assert_array_equal(getattr(cut, name), values[2:])
-    assert cut.free is None
+    assert cut.plain is None

@@ -66,7 +66,7 @@ def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Vali
         moving, step = Moving(found.surrogate), RECIPE.window.step
         expected = np.array([moving.step(step, row).results()[0] for row in now])
     assert one.plain is not None
-    np.testing.assert_allclose(one.plain, expected[SAMPLES - 1 :], rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(one.plain.surrogate, expected[SAMPLES - 1 :], rtol=1e-5, atol=1e-6)
 
 
 def test_report_says_which_error_is_which(found: Validation) -> None:

@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from slide_fmu.apps.calibrate.problem import CalibrationProblem
+from slide_fmu.core.measures import TINY
 from slide_fmu.core.signals import FloatArray
 
 LEAST_NOISE = 1e-6
@@ -32,7 +33,7 @@ def best_fit(problem: CalibrationProblem, seed: int) -> FloatArray:
         problem: the problem to solve.
         seed: seed of the Sobol points that are tried first, with the start values.
     """
-    noise = np.maximum(problem.measurements.deviations, np.finfo(np.float64).tiny)
+    noise = np.maximum(problem.measurements.deviations, TINY)
     tried = _tried(problem, seed)
     costs = [float(np.sum((problem.residuals(z) / noise) ** 2)) for z in tried]
     best = [tried[index] for index in np.argsort(costs, kind="stable")[:KEPT]]
@@ -49,7 +50,7 @@ def noise_of(problem: CalibrationProblem, residuals: FloatArray) -> FloatArray:
     n_free = len(problem.free)
     share = np.sqrt(np.maximum(counts, 1) / np.maximum(counts - n_free, 1))
     floor = LEAST_NOISE * problem.measurements.deviations
-    smallest = np.finfo(np.float64).tiny  # outputs that were not measured are all 0
+    smallest = TINY  # outputs that were not measured are all 0
     return np.asarray(np.maximum(share * problem.rmse(residuals), np.maximum(floor, smallest)))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.apps.compare.baselines.base import Baseline
 from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
 from slide_fmu.apps.compare.model_figures import ModelOutput
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import TINY, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -70,5 +70,5 @@ class UnseenTest:
 
     def _errors(self, runs: Sequence[tuple[FloatArray, FloatArray]]) -> list[float]:
         values, truth = (np.concatenate(parts) for parts in zip(*runs, strict=True))
-        deviation = np.maximum(truth.std(axis=0), np.finfo(np.float64).tiny)
+        deviation = np.maximum(truth.std(axis=0), TINY)
         return [float(error) for error in rms(values - truth) / deviation]

@@ -23,14 +23,14 @@ from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.origin import require_origin
 from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
-from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
-from slide_fmu.fitting.preparation import Work
+from slide_fmu.fitting.preparation import Work, eigenvalues_at_rest
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.recipe.recipe import FURTHER, Recipe
+from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
@@ -38,6 +38,10 @@ OF_ESTIMATOR = "estimator_validation"
 
 COMPANION = "companion"
 """Name of the companion's stage in the progress and in the figures."""
+
+NOT_LEARNT = {"description", "equations", "validation", "apps"}
+NOT_OF_SYSTEM = {"reference", "picture"}
+"""Tables of a recipe, and keys of its table ``system``, on which no training depends."""
 
 ACCURATE = 1.3
 """Largest ratio of the validation errors of companion and surrogate. A less accurate companion
@@ -68,6 +72,27 @@ def fit_surrogate(work: Work) -> Fit:
     return fit if recipe.bound is None else _with_bound(work, fit)
 
 
+def key_of_surrogate(work: Work, model: str) -> str:
+    """Return the key of all that decides the result of ``fit_surrogate``.
+
+    ``model`` is the key of the model's answers (``model_key``).
+
+    Raises:
+        StoreError, RecipeError, UrdfError, UnstableModeError: as of ``fit_surrogate``.
+    """
+    recipe, source = work.recipe, work.case.source
+    tables = recipe.model_dump(mode="json", exclude=NOT_LEARNT)
+    tables["system"] = {k: v for k, v in tables["system"].items() if k not in NOT_OF_SYSTEM}
+    return checkpoint_key(
+        tables,
+        (model, source.inputs, source.outputs, source.noise_at_rest, source.sampled_only),
+        str(eigenvalues_at_rest(source)) if work.linearized else None,
+        work.offered.geometry,
+        [checkpoint_key(work.splits(split)) for split in SPLITS if recipe.count(split)],
+        work.known and work.known.to_bytes(),
+    )
+
+
 def _with_forecast(work: Work, fit: Fit) -> Fit:
     """Fit the forecast of moving inputs."""
     recipe, source = work.recipe, work.case.source
@@ -92,10 +117,9 @@ def _with_estimator(work: Work, fit: Fit) -> Fit:
     assert recipe is not None
     learnt, validation = work.splits("estimator", OF_ESTIMATOR)
     key = checkpoint_key(
-        surrogate.to_bytes().hex(),
-        machine_of(work.offered),
-        content_of(learnt),
-        content_of(validation),
+        surrogate.to_bytes(),
+        work.offered.geometry,
+        (learnt, validation),
         recipe.model_dump(mode="json"),
     )
     place = work.checkpoints / f"estimator-{key}.pt"
@@ -126,9 +150,8 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
     assert isinstance(companion, StateSpace)
     splits = work.splits("bound", "calibration", *([FURTHER] if recipe.further_kinds() else []))
     key = checkpoint_key(
-        surrogate.to_bytes().hex(),
-        fitted.to_bytes().hex(),
-        *(content_of(split) for split in splits),
+        (surrogate.to_bytes(), fitted.to_bytes()),
+        splits,
         recipe.bound.model_dump(mode="json"),
     )
     place = work.checkpoints / f"bound-{key}.pt"

@@ -347,7 +347,7 @@ def train(
         job.folder.require_free()
         check_window(checked(job))
         with job.folder.alone():
-            figures = train_surrogate(job, threads)
+            figures = train_surrogate(job, threads).figures()
     write_json(json_path, figures)
     print_sizes(figures.sizes_tried, console)
     show_remark(figures.remark)

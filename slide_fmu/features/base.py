@@ -48,6 +48,11 @@ class Offered:
     chain: SerialChain | None
     law: DriveLaw = DRIVE_LAWS[DEFAULT_LAW]
 
+    @property
+    def geometry(self) -> tuple[SerialChain, DriveLaw] | None:
+        """The chain and its law; None without a chain. Features see it, but data need not."""
+        return None if self.chain is None else (self.chain, self.law)
+
 
 class Features(abc.ABC):
     """A set of features of scaled inputs. Interface; implementations are final.

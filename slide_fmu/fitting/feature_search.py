@@ -20,7 +20,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.data.stored_split import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.director import OTHER, kinds_of
-from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.history import History
@@ -129,9 +129,8 @@ def search_features(
         return tables[0], {}
     learnt, judged = (_first(split) for split in trials.splits)
     trials = dataclasses.replace(trials, splits=(learnt, judged))
-    about = {"window": dataclasses.asdict(trials.window), "training": training.model_dump()}
-    contents = [content_of(learnt), content_of(judged)]
-    key = checkpoint_key(about, contents, machine_of(trials.offered), str(trials.eigenvalues))
+    about = trials.window, training, trials.offered.geometry, str(trials.eigenvalues)
+    key = checkpoint_key(about, learnt, judged)
     show, best = Heard(progress(STAGE), with_error=not training.expert.even_out), math.inf
     taken, histories = tables[0], dict[str, History]()
     for index, table in enumerate(tables):

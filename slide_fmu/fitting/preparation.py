@@ -24,7 +24,7 @@ from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
 from slide_fmu.features.base import Offered
 from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.fitting.checkpoint import checkpoint_key, content_of, machine_of
+from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, choices, search_features
 from slide_fmu.fitting.history import History
@@ -198,13 +198,13 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
     eigenvalues = eigenvalues_at_rest(source) if work.linearized else None
     noise = source.noise_at_rest and tuple(part / outputs.scale for part in source.noise_at_rest)
     key = checkpoint_key(
-        *(content_of(split) for split in splits),
-        str(eigenvalues),
-        machine_of(work.offered),
-        *(v.tolist() for s in (work.offered.scaling, outputs) for v in vars(s).values()),
+        splits,
+        str(eigenvalues),  # to the digits that all processors agree about
+        work.offered.geometry,
+        (work.offered.scaling, outputs),
         recipe.model_dump(mode="json", include=LEARNT_BY),
-        *([] if work.known is None else [work.known.to_bytes().hex()]),
-        *(part.tobytes().hex() for part in noise or ()),
+        work.known and work.known.to_bytes(),
+        noise,
     )
     return Scales(outputs, eigenvalues, noise, key)
 

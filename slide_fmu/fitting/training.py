@@ -191,10 +191,9 @@ def _restore(checkpoint: Path, model: torch.nn.Module, optimizer: AdamW) -> dict
     Raises:
         TrainingError: the checkpoint cannot be read.
     """
-    if not checkpoint.exists():
+    saved: dict[str, Any] | None = read_checkpoint(checkpoint, next(model.parameters()).device)
+    if saved is None:
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}
-    device = next(model.parameters()).device
-    saved: dict[str, Any] = read_checkpoint(checkpoint, device)
     with reading(checkpoint):  # another version may have written it
         model.load_state_dict(saved["model"])
         optimizer.load_state_dict(saved["optimizer"])

@@ -90,36 +90,17 @@ def run_recipe(
     """
     job.folder.require_free()  # sizing may take a minute
     require_another(job.folder.fmu(job.recipe), job.recipe)
-    job = checked(job)
+    job, place = checked(job), Workplace(workers)
     sizing = check_window(job)  # before anything is made
     with job.folder.alone():
-        job = choose_numbers(job, Workplace(workers), overwrite)
-        before = _trainings(job) if _is_trained(job) else None
-        generate_data(job, Workplace(workers))
-        train_surrogate(job, threads)
-        if _trainings(job) == before:
+        job = choose_numbers(job, place, overwrite)
+        data = generate_data(job, place)
+        training = train_surrogate(job, threads)
+        if not (data.made_now or training.made_now):
             job.tell("Data and training were finished already; only the measuring is left to do.")
-        trained = job.folder.load_surrogate(job.recipe)
-        origin = provenance(job, trained.versions)
+        origin = provenance(job, training.trained.versions)
         wanted = tasks(job.recipe, seed, trajectories)
-        return measure_trained(job, trained, origin, sizing, wanted, workers)
-
-
-def _is_trained(job: Job) -> bool:
-    """Tell whether all trajectories exist, and a surrogate that was trained with them."""
-    from slide_fmu.data.store import open_store
-
-    try:
-        open_store(job.folder.store).require(job.recipe)
-        job.folder.load_surrogate(job.recipe)
-    except ValueError:  # data or surrogate are missing, belong to another recipe, or are damaged
-        return False
-    return True
-
-
-def _trainings(job: Job) -> set[str]:
-    """Name all trainings in the run folder; other code or data change the name."""
-    return {place.name for place in job.folder.checkpoints.glob("*.pt")}
+        return measure_trained(job, training.trained, origin, sizing, wanted, workers)
 
 
 def measure_trained(

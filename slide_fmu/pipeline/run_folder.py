@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import socket
 import threading
@@ -12,10 +11,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.core.figures import plain, read_figures
 from slide_fmu.core.files import FullDiskError, write_whole, writing
-from slide_fmu.core.kept import read_kept, sealed
 from slide_fmu.core.progress import Stages, quiet
+from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.data.claims import locked
 from slide_fmu.fitting.history import History
 from slide_fmu.fmu.export import Provenance
@@ -23,10 +21,6 @@ from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-
-KEPT = "surrogate", "recipe", "versions", "histories"
-"""Keys of the file about a training."""
-
 
 TOGETHER_PATIENCE = 30.0
 """Time in s that a program waits for others that begin to work together with it."""
@@ -49,6 +43,24 @@ class Trained:
     surrogate: Surrogate
     histories: Mapping[str, History]
     versions: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class TrainingRecord:
+    """A TrainingRecord tells in the run folder what its surrogate was trained from.
+
+    Attributes:
+        key: key of all that decided the training.
+        surrogate: SHA-256 of the surrogate file.
+        recipe: the recipe as resolved.
+        versions, histories: as of ``Trained``.
+    """
+
+    key: str
+    surrogate: str
+    recipe: Tables
+    versions: Mapping[str, str]
+    histories: Mapping[str, History]
 
 
 @dataclass(frozen=True)
@@ -168,23 +180,18 @@ class RunFolder:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"
 
-    def save_surrogate(
-        self,
-        surrogate: Surrogate,
-        recipe: Recipe,
-        histories: Mapping[str, History],
-        versions: Mapping[str, str],
-    ) -> None:
-        """Keep a trained surrogate, the history of its trainings, and its provenance."""
-        data = surrogate.to_bytes()
-        record = {
-            "surrogate": hashlib.sha256(data).hexdigest(),
-            "recipe": recipe.model_dump(mode="json"),
-            "versions": versions,
-            "histories": plain(histories),
-        }
+    def save_training(self, trained: Trained, recipe: Recipe, key: str = "") -> None:
+        """Keep a trained surrogate with its recipe, and the key of what decided the training."""
+        data = trained.surrogate.to_bytes()
+        record = TrainingRecord(
+            key=key,
+            surrogate=hashlib.sha256(data).hexdigest(),
+            recipe=recipe.model_dump(mode="json"),
+            versions=trained.versions,
+            histories=trained.histories,
+        )
         write_whole(self.surrogate, data)
-        write_whole(self.training, json.dumps(sealed(record)).encode("utf-8"))
+        self._record.write_json(record)
 
     def require_surrogate(self) -> None:
         """Raise a StageError without a trained surrogate."""
@@ -202,21 +209,37 @@ class RunFolder:
             StageError: no surrogate was trained here, or it was trained from another recipe.
         """
         self.require_surrogate()
-        record = read_kept(self.training, KEPT, "train again (slide-fmu train RECIPE)")
-        if _learnt(record["recipe"]) != _learnt(recipe.model_dump(mode="json")):
+        record = self._record.read_json(TrainingRecord)
+        assert record is not None  # it is required
+        if _learnt(record.recipe) != _learnt(recipe.model_dump(mode="json")):
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
-                f"holds now, by slide-fmu {record['versions'].get('slide-fmu')}; train again "
+                f"holds now, by slide-fmu {record.versions.get('slide-fmu')}; train again "
                 "(slide-fmu train RECIPE), restore the recipe, or use that version"
             )
+        return self._trained(record)
+
+    def known_training(self, key: str) -> Trained | None:
+        """Return the surrogate of the training with this key; None if it must be trained."""
+        with suppress(ValueError, OSError):  # a damaged one is trained again
+            record = self._record.read_json(TrainingRecord)
+            if record is not None and record.key == key:
+                return self._trained(record)
+        return None
+
+    @property
+    def _record(self) -> ResultFile:
+        return ResultFile(self.training, "train again (slide-fmu train RECIPE)")
+
+    def _trained(self, record: TrainingRecord) -> Trained:
+        """Return the surrogate that belongs to the record of its training."""
         data = self.surrogate.read_bytes()
-        if record["surrogate"] != hashlib.sha256(data).hexdigest():
+        if record.surrogate != hashlib.sha256(data).hexdigest():
             raise StageError(
                 f"{self.surrogate} and {self.training.name} do not belong together: a "
                 "training was stopped while it wrote them; train again (slide-fmu train RECIPE)"
             )
-        histories = read_figures(dict[str, History], record["histories"])
-        return Trained(Surrogate.from_bytes(data), histories, record["versions"])
+        return Trained(Surrogate.from_bytes(data), record.histories, record.versions)
 
 
 def _me() -> str:

@@ -17,6 +17,7 @@ from slide_fmu.bounds.known_start import known_start
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, TriedSize
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -26,8 +27,9 @@ from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
+from slide_fmu.pipeline.run_folder import Trained
 from slide_fmu.recipe.case import Case
-from slide_fmu.recipe.recipe import SPLITS
+from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.quality import remark_on_training
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -72,6 +74,34 @@ class TrainingFigures:
     sizes_tried: tuple[TriedSize, ...]
     remark: str | None
     seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Training:
+    """A Training is a trained surrogate with its recipe.
+
+    Attributes:
+        made_now: whether this program trained it; otherwise it was found.
+    """
+
+    trained: Trained
+    recipe: Recipe
+    made_now: bool
+
+    def figures(self) -> TrainingFigures:
+        """Return the figures of the training."""
+        histories = self.trained.histories
+        remarks = (
+            *(history.remark for history in histories.values()),
+            remark_on_training(self.recipe, histories["surrogate"]),
+        )
+        return TrainingFigures(
+            validation_error={n: min(h.validation_error) for n, h in histories.items()},
+            parameters=self.trained.surrogate.network.count_parameters(),
+            sizes_tried=histories["surrogate"].sizes,
+            remark="; ".join(remark for remark in remarks if remark is not None) or None,
+            seed=self.recipe.training.seed,
+        )
 
 
 def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -> AnySizing:
@@ -186,8 +216,8 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
     )
 
 
-def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
-    """Train surrogate and error estimator, and keep them in the run folder.
+def train_surrogate(job: Job, threads: int = 1) -> Training:
+    """Train surrogate and error estimator, or find them in the run folder, where they are kept.
 
     Networks of this size gain little from a second thread of the processor, and lose much when
     another program needs it; with one, every machine sums in the same order.
@@ -198,25 +228,21 @@ def train_surrogate(job: Job, threads: int = 1) -> TrainingFigures:
     """
     import torch
 
-    from slide_fmu.bounds.fit import fit_surrogate
+    from slide_fmu.bounds.fit import fit_surrogate, key_of_surrogate
     from slide_fmu.fitting.preparation import Work
 
     recipe, folder = job.open_recipe.resolved(), job.folder
     torch.set_num_threads(threads)
     known = known_start(recipe, job.case.source)
-    fit = fit_surrogate(Work(job.case, folder.store, folder.checkpoints, job.bar, known))
-    folder.save_surrogate(fit.surrogate, recipe, fit.histories, versions())
-    remarks = (
-        *(history.remark for history in fit.histories.values()),
-        remark_on_training(recipe, fit.histories["surrogate"]),
-    )
-    return TrainingFigures(
-        validation_error={n: min(h.validation_error) for n, h in fit.histories.items()},
-        parameters=fit.surrogate.network.count_parameters(),
-        sizes_tried=fit.histories["surrogate"].sizes,
-        remark="; ".join(remark for remark in remarks if remark is not None) or None,
-        seed=recipe.training.seed,
-    )
+    work = Work(job.case, folder.store, folder.checkpoints, job.bar, known)
+    key = key_of_surrogate(work, model_key(folder.cache, identity(job.case.source, recipe)))
+    kept = folder.known_training(key)
+    if kept is not None:
+        return Training(kept, recipe, made_now=False)
+    fit = fit_surrogate(work)
+    trained = Trained(fit.surrogate, fit.histories, versions())
+    folder.save_training(trained, recipe, key)
+    return Training(trained, recipe, made_now=True)
 
 
 def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ...]:

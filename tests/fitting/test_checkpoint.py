@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.fitting.checkpoint import read_checkpoint, write_checkpoint
-from slide_fmu.fitting.errors import TrainingError
 from tests.refusals import refused
 
 CPU = torch.device("cpu")
@@ -29,7 +29,7 @@ def test_checkpoint_with_one_flipped_bit_is_refused_wherever_it_is(tmp_path: Pat
         broken = bytearray(whole)
         broken[place] ^= 1 << (place % 8)
         path.write_bytes(broken)
-        with refused(TrainingError, "x.pt cannot be read", "remove it"):
+        with refused(DamagedFileError, "x.pt is damaged", "hash", "remove it to train"):
             read_checkpoint(path, CPU)
 
 
@@ -39,5 +39,5 @@ def test_checkpoint_that_was_cut_short_is_refused(tmp_path: Path, part: float) -
     write_checkpoint(path, {"weights": torch.arange(50.0)})
     whole = path.read_bytes()
     path.write_bytes(whole[: int(part * len(whole))])
-    with refused(TrainingError, "x.pt cannot be read", "hash", "remove it"):
+    with refused(DamagedFileError, "x.pt is damaged", "hash", "remove it to train"):
         read_checkpoint(path, CPU)

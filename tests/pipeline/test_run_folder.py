@@ -14,7 +14,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.core.search_path import make_importable, make_models_importable
 from slide_fmu.pipeline import run_folder
-from slide_fmu.pipeline.run_folder import RunFolder, StageError
+from slide_fmu.pipeline.run_folder import RunFolder, StageError, Trained
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
@@ -26,7 +26,7 @@ RECIPE = tiny_recipe()
 def folder(tmp_path: Path) -> RunFolder:
     """One in which a surrogate was trained."""
     found = RunFolder(tmp_path)
-    found.save_surrogate(sum_surrogate(), RECIPE, {}, {})
+    found.save_training(Trained(sum_surrogate(), {}, {}), RECIPE, "key")
     return found
 
 
@@ -113,6 +113,22 @@ def test_who_waits_for_another_program_says_so_at_once(
     shown.clear()
     with folder.together(bar):
         assert shown == []
+
+
+def test_training_is_known_by_its_key_alone(folder: RunFolder) -> None:
+    known = folder.known_training("key")
+    assert known is not None
+    assert known.surrogate.to_bytes() == sum_surrogate().to_bytes()
+    assert folder.known_training("another key") is None
+
+
+@pytest.mark.parametrize("file", ["surrogate.slide", "training.json"])
+def test_training_with_a_damaged_file_is_not_known(folder: RunFolder, file: str) -> None:
+    place = folder.path / file
+    place.write_bytes(place.read_bytes()[:-20])
+    assert folder.known_training("key") is None
+    place.unlink()
+    assert folder.known_training("key") is None
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5])

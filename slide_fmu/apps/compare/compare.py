@@ -165,8 +165,7 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
         check_window(job)
         job = choose_numbers(job, Workplace(terms.workers), overwrite=False)
         generate_data(job, Workplace(terms.workers))
-        train_surrogate(job)
-        return job, job.folder.load_surrogate(job.recipe)
+        return job, train_surrogate(job).trained
 
 
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:

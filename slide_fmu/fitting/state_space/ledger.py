@@ -41,7 +41,8 @@ class Ledger:
     which consists of one or more runs.
 
     Raises:
-        TrainingError: the file cannot be read.
+        DamagedFileError: the file is damaged.
+        TrainingError: another version has written it.
     """
 
     def __init__(self, path: Path, device: torch.device, progress: Progress) -> None:
@@ -52,10 +53,10 @@ class Ledger:
         self._of_part: set[str] = set()
         self._runs: dict[str, KeptRun] = {}
         self._written = time.monotonic()
-        if path.exists():
-            found = read_checkpoint(path, device)
+        content = read_checkpoint(path, device)
+        if content is not None:
             with reading(path):
-                self._runs = _checked(found)
+                self._runs = _checked(content)
 
     def plan(self, iterations: int, part: str = "") -> None:
         """Begin a part of the fit, with at most ``iterations`` in its runs; end the last part.

@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
@@ -111,12 +112,12 @@ class Report:
             loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
         )
         columns, sections = Columns(), []
-        charts: list[object] = []
+        charts: list[Any] = []
         for section in sorted(self.sections, key=lambda one: one.folded):
             first = len(charts)
             charts += [described(chart, columns) for chart in section.charts]
             sections.append({**_shown(section), "charts": range(first, len(charts))})
-        content = {"columns": columns.values, "charts": plain(charts)}
+        content = {"columns": columns.values, "charts": charts}
         drawn = json.dumps(content, separators=(",", ":"))
         return environment.get_template("report.html").render(
             report=self,

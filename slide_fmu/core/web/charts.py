@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-
-from slide_fmu.core.figures import optional
 
 Values = NDArray[np.float64]
 
@@ -179,101 +177,19 @@ def _rounded(value: float, digits: int) -> float | None:
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
-@dataclass(frozen=True)
-class LineOnPage:
-    """A LineOnPage is a ``Line`` as a page reads it, with numbers of ``Columns`` for its data."""
+def described(part: object, columns: Columns) -> Any:
+    """Return a chart, or a part of one, as plain values that a page draws.
 
-    name: str
-    x: int
-    y: int
-    colour: Colour
-    style: Style
-    dashed: bool
-    size: float | None = optional()
-    width: float | None = optional()
+    Its arrays are stored in ``columns``, and their numbers stand in their places.
+    """
+    if isinstance(part, np.ndarray):
+        return columns.place(part)
+    if is_dataclass(part):
+        return {one.name: _field(part, one.name, columns) for one in fields(part)}
+    return [described(one, columns) for one in part] if isinstance(part, tuple | list) else part
 
 
-@dataclass(frozen=True)
-class BandOnPage:
-    """A BandOnPage is a ``Band`` as a page reads it."""
-
-    name: str
-    x: int
-    low: int
-    high: int
-    colour: Colour
-
-
-@dataclass(frozen=True)
-class PanelOnPage:
-    """A PanelOnPage is a ``Panel`` as a page reads it."""
-
-    title: str
-    unit: str
-    log: bool
-    include: Sequence[float]
-    height: Height
-    lines: tuple[LineOnPage, ...]
-    bands: tuple[BandOnPage, ...]
-
-
-@dataclass(frozen=True)
-class ChartOnPage:
-    """A ChartOnPage is a ``Chart`` as a page reads it."""
-
-    title: str
-    text: str
-    axis: Axis
-    parts: Sequence[tuple[float, float]]
-    marks: Sequence[float]
-    shaded: str
-    panels: tuple[PanelOnPage, ...]
-
-
-def described(chart: Chart, columns: Columns) -> ChartOnPage:
-    """Return a chart as a page reads it; its data are stored in ``columns``."""
-    panels = tuple(
-        PanelOnPage(
-            title=panel.title,
-            unit=panel.unit,
-            log=panel.log,
-            include=panel.include,
-            height=panel.height,
-            lines=tuple(_line(line, columns) for line in panel.lines),
-            bands=tuple(_band(band, columns) for band in panel.bands),
-        )
-        for panel in chart.panels
-    )
-    return ChartOnPage(
-        title=chart.title,
-        text=chart.text,
-        axis=chart.axis,
-        parts=chart.parts,
-        marks=chart.marks,
-        shaded=chart.shaded if chart.parts else "",
-        panels=panels,
-    )
-
-
-def _line(line: Line, columns: Columns) -> LineOnPage:
-    points = line.style == "points"
-    return LineOnPage(
-        name=line.name,
-        x=columns.place(line.x, X_DIGITS),
-        y=columns.place(line.y),
-        colour=line.colour,
-        style=line.style,
-        dashed=line.dashed,
-        size=line.width if points else None,
-        width=None if points else line.width,
-    )
-
-
-def _band(band: Band, columns: Columns) -> BandOnPage:
-    return BandOnPage(
-        name=band.name,
-        x=columns.place(band.x, X_DIGITS),
-        low=columns.place(band.low),
-        high=columns.place(band.high),
-        colour=band.colour,
-    )
+def _field(part: object, name: str, columns: Columns) -> Any:
+    """Return a field of a part as ``described`` does; places on the x axis have more digits."""
+    value = getattr(part, name)
+    return columns.place(value, X_DIGITS) if name == "x" else described(value, columns)

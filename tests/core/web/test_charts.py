@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 
@@ -22,19 +21,14 @@ def _chart(values: np.ndarray) -> Chart:
 def test_described_chart_names_its_columns_by_their_places() -> None:
     columns = Columns()
     found = described(_chart(np.array([1.0, 2.0, 3.0])), columns)
-    (panel,) = found.panels
-    line, points = panel.lines
-    assert columns.values[line.x] == [0.0, 0.1, 0.2]
-    assert columns.values[line.y] == [1.0, 2.0, 3.0]
-    assert columns.values[panel.bands[0].low] == [0.0, 1.0, 2.0]
-    assert (points.size, points.width, line.size, line.width) == (3.0, None, None, 1.6)
-    assert (found.parts, found.marks) == ([(0.0, 0.1)], [0.2])
-
-
-def test_words_for_shaded_parts_are_described_where_there_are_some() -> None:
-    chart = replace(_chart(TIME), shaded="not known")
-    assert described(chart, Columns()).shaded == "not known"
-    assert described(replace(chart, parts=[]), Columns()).shaded == ""
+    (panel,) = found["panels"]
+    line, points = panel["lines"]
+    assert columns.values[line["x"]] == [0.0, 0.1, 0.2]
+    assert columns.values[line["y"]] == [1.0, 2.0, 3.0]
+    assert columns.values[panel["bands"][0]["low"]] == [0.0, 1.0, 2.0]
+    assert (points["style"], points["width"], line["width"]) == ("points", 3.0, 1.6)
+    assert (found["parts"], found["marks"]) == ([[0.0, 0.1]], [0.2])
+    assert found["axis"] == {"label": "time", "unit": "s", "log": False}
 
 
 def test_equal_columns_are_kept_once() -> None:

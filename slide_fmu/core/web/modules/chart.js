@@ -86,7 +86,7 @@ export class Chart {
       { class: "card chart-card" },
       element("div", { class: "head" }, element("h3", {}, description.title), this.reset),
       ...(description.text === "" ? [] : [element("p", { class: "what" }, description.text)]),
-      ...(description.shaded === "" ? [] : [keyOfShade(description.shaded)]),
+      ...(description.shaded === "" || this.parts.length === 0 ? [] : [keyOfShade(description.shaded)]),
       ...this.panels.map((panel) => panel.block),
       element("figcaption", { class: "what axis" }, this.axis.label),
     );

@@ -30,12 +30,12 @@ function held(part) {
 
 const WAYS_ON = { line: (part) => part, steps: stepped, held };
 
-function drawPoints(context, frame, xs, { values, paint, size = 1.5 }) {
+function drawPoints(context, frame, xs, { values, paint, width = 1.5 }) {
   context.fillStyle = paint;
-  context.globalAlpha = size > 2 ? 1 : 0.55;
+  context.globalAlpha = width > 2 ? 1 : 0.55;
   for (const [x, y] of partsOf(frame, xs, values).flat()) {
     context.beginPath();
-    context.arc(x, y, size, 0, 2 * Math.PI);
+    context.arc(x, y, width, 0, 2 * Math.PI);
     context.fill();
   }
   context.globalAlpha = 1;

@@ -1,9 +1,14 @@
-"""This module runs a surrogate FMU on the inputs of records and compares it with their outputs."""
+"""This module runs a surrogate FMU on the inputs of records and compares it with their outputs.
+
+The truncated window of a surrogate causes errors, and so does a record that begins in mid-motion.
+A free run of the network along the whole record has neither: it shows the error of the network
+itself, next to that of the FMU.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +18,68 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import Draw
+from slide_fmu.network.state_space.initial_state import initial_state
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case
-from slide_fmu.records.free_run import free_run
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.segments import unseen_blocks
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import compare_with_truth
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
+
+FIRST_SAMPLES = 50
+"""Default number of first outputs from which the state at the start of a record is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRun:
+    """A free run of a network along a record, in the outputs' units.
+
+    Attributes:
+        outputs: at samples 1 .. N, shape (N, n_outputs).
+        error: RMS error of each output after the first samples, shape (n_outputs,).
+        first_samples: number of outputs from which the initial state was found; not scored.
+        state: the initial state, shape (n_states,).
+    """
+
+    outputs: FloatArray
+    error: FloatArray
+    first_samples: int
+    state: FloatArray
+
+
+def free_run(
+    surrogate: Surrogate,
+    inputs: FloatArray,
+    measured: FloatArray,
+    first_samples: int = FIRST_SAMPLES,
+) -> FreeRun | None:
+    """Run the network of a surrogate along a record, never restarted; None if it has no state.
+
+    Inputs have the shape (N, n_inputs), in their units; ``measured`` are the outputs at samples
+    1 .. N, (N, n_outputs): the one of row k is reached under the input of row k. They are NaN
+    where they are not known. Only the first samples of them are used, to find the initial state.
+
+    Raises:
+        ValueError: the record has no samples after the first ones, or the shapes do not fit.
+    """
+    network = surrogate.network
+    if not isinstance(network, StateSpace):
+        return None
+    if not 1 <= first_samples < len(inputs):
+        raise ValueError(
+            f"record of {len(inputs)} samples, the initial state from {first_samples} of them; "
+            "expected at least one, and a longer record"
+        )
+    features = network.features.along(surrogate.input_scaling.apply(inputs)[None])
+    scaled = surrogate.output_scaling.apply(measured)
+    state = initial_state(network, features[0, :first_samples], scaled[:first_samples])
+    with np.errstate(over="ignore", invalid="ignore"):  # a run that diverges has an infinite error
+        values, _ = network.run(features, state[None].astype(np.float32))
+    outputs = surrogate.output_scaling.invert(values[0].astype(np.float64))
+    squares = np.square(outputs - measured)[first_samples:]
+    return FreeRun(outputs, np.sqrt(np.nanmean(squares, axis=0)), first_samples, state)
 
 
 def validate_records(

@@ -10,8 +10,7 @@ from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.case_checks import check_case, guarded_case, require_names_in_fmu
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import Case, case_of
-from slide_fmu.recipe.parameters import ParameterRecipe
-from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.recipe import ParameterRecipe, RecipeError
 from tests.acceptance.conftest import invoke
 from tests.recipes import TINY, tiny_recipe, tiny_state_space_recipe
 from tests.refusals import refused

@@ -15,8 +15,8 @@ import pytest
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import RecordError
-from slide_fmu.records.columns import RecordOptions, chosen_columns, read_chosen
 from slide_fmu.records.findings import examine
+from slide_fmu.records.proposal import RecordOptions, chosen_columns, read_chosen
 from tests.refusals import refused
 
 SAMPLES = 300
@@ -89,7 +89,7 @@ def test_two_columns_of_a_wide_file_need_no_room_for_the_others(
 ) -> None:
     path = as_csv(tmp_path / "a.csv", columns("F", "x", *(f"c{n}" for n in range(50))))
     most = partial(read_records, most=3 * SAMPLES)
-    monkeypatch.setattr("slide_fmu.records.columns.read_records", most)
+    monkeypatch.setattr("slide_fmu.records.proposal.read_records", most)
     (record,), _ = read_chosen(options(path, outputs=("x",)))
     assert list(record.columns) == ["F", "x"]
 

@@ -10,7 +10,7 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.records.free_run import free_run
+from slide_fmu.records.validation import free_run
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 

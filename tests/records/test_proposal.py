@@ -13,8 +13,7 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli.app import app
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.columns import RecordOptions
-from slide_fmu.records.proposal import propose_record
+from slide_fmu.records.proposal import RecordOptions, propose_record
 from tests.own_records import STEP, force_and_travel, write_record
 from tests.refusals import refused
 

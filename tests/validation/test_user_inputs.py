@@ -22,9 +22,9 @@ from slide_fmu.validation.user_inputs import (
     OF_MOTIONS,
     Drawing,
     UserInput,
+    told,
     user_motions,
 )
-from slide_fmu.validation.user_words import told
 from slide_fmu.validation.waveforms import HeldLevels, RepeatedMoves, StoppedTone, Tone, Triangle
 from tests.progress import silent
 from tests.recipes import tiny_state_space_recipe

@@ -1,4 +1,8 @@
-"""The physical parameters of a surrogate are fitted to measured records."""
+"""The physical parameters of a surrogate are fitted to measured records.
+
+The best fit is searched from several starts; outputs are weighted by their residuals. Remarks tell
+the user what to know about the result.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +11,92 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
 
 from slide_fmu.apps.calibrate.measurements import Arrays, Measurements
 from slide_fmu.apps.calibrate.problem import CalibrationProblem
-from slide_fmu.apps.calibrate.remarks import remarks_about
-from slide_fmu.apps.calibrate.result import END, Calibration, FittedParameter, OutputFit
-from slide_fmu.apps.calibrate.search import best_fit, noise_of
+from slide_fmu.apps.calibrate.result import (
+    ALIKE,
+    END,
+    POOR,
+    WIDE,
+    Calibration,
+    FittedParameter,
+    OutputFit,
+)
 from slide_fmu.apps.calibrate.uncertainty import Uncertainty, uncertainty_of
+from slide_fmu.core.measures import TINY, percent
 from slide_fmu.core.parameters import Parameter, checked_values
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import Provenance, load, read_fmu
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
+
+LEAST_NOISE = 1e-6
+"""Residuals below this fraction of an output's standard deviation are rounding of float32."""
+
+KEPT = 3
+"""Number of the tried points that are refined."""
+
+ROUNDS = 3
+"""Number of rounds that compute the weights of outputs from their residuals; they converge
+fast."""
+
+MOST_EVALUATIONS = 60
+
+
+def best_fit(problem: CalibrationProblem, seed: int) -> FloatArray:
+    """Find the parameters z within their ranges, shape (n_free,), that fit best.
+
+    Every output is weighted by its noise, which is estimated from its residuals (iteratively
+    reweighted least squares; scipy's trust region within bounds).
+
+    Args:
+        problem: the problem to solve.
+        seed: seed of the Sobol points that are tried first, with the start values.
+    """
+    noise = np.maximum(problem.measurements.deviations, TINY)
+    tried = _tried(problem, seed)
+    costs = [float(np.sum((problem.residuals(z) / noise) ** 2)) for z in tried]
+    best = [tried[index] for index in np.argsort(costs, kind="stable")[:KEPT]]
+    refined = [_refined(problem, z, noise) for z in best]
+    z, _ = min(refined, key=lambda found: found[1])
+    for _ in range(ROUNDS - 1):
+        z, _ = _refined(problem, z, noise_of(problem, problem.residuals(z)))
+    return z
+
+
+def noise_of(problem: CalibrationProblem, residuals: FloatArray) -> FloatArray:
+    """Estimate the standard deviation of each output's noise from residuals, (n_outputs,)."""
+    counts = np.isfinite(problem.measurements.scored).sum(axis=0)
+    n_free = len(problem.free)
+    share = np.sqrt(np.maximum(counts, 1) / np.maximum(counts - n_free, 1))
+    floor = LEAST_NOISE * problem.measurements.deviations
+    smallest = TINY  # outputs that were not measured are all 0
+    return np.asarray(np.maximum(share * problem.rmse(residuals), np.maximum(floor, smallest)))
+
+
+def _tried(problem: CalibrationProblem, seed: int) -> list[FloatArray]:
+    """Return the start values and Sobol points, more of them for more parameters."""
+    n_free = len(problem.free)
+    points = qmc.Sobol(n_free, rng=np.random.default_rng(seed)).random_base2(min(3 + n_free, 6))
+    start = np.array([p.scaled(np.float64(p.start_value)) for p in problem.free])
+    return [start, *(2 * points - 1)]
+
+
+def _refined(
+    problem: CalibrationProblem, z: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, float]:
+    """Refine a point; return it and its sum of squares."""
+    found = least_squares(
+        lambda at: (problem.residuals(at) / noise).ravel(),
+        np.clip(z, -1, 1),
+        jac=lambda at: (problem.slopes(at) / noise[:, None]).reshape(-1, len(z)),
+        bounds=(-1.0, 1.0),
+        max_nfev=MOST_EVALUATIONS,
+    )
+    return np.asarray(found.x), float(found.cost)
 
 
 def calibrate(
@@ -166,3 +244,80 @@ def _result(
         uncertainty.correlation_time * surrogate.window.step,
         remarks_about(problem, parameters, fits, uncertainty, error_known),
     )
+
+
+MOST_OUTSIDE = 0.01
+"""Largest share of samples of a record outside the ranges of the training."""
+
+
+def remarks_about(
+    problem: CalibrationProblem,
+    parameters: tuple[FittedParameter, ...],
+    fits: tuple[OutputFit, ...],
+    uncertainty: Uncertainty,
+    error_known: bool,
+) -> tuple[str, ...]:
+    """Describe what is not determined, does not fit, or is not known, one sentence each."""
+    found = [p.remark for p in parameters if p.remark is not None]
+    found += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
+    found += [
+        f"{fit.name} is met to {percent(fit.relative)} only: the surrogate does not follow "
+        "this record; check units, columns, signs and the pairing of samples"
+        for fit in fits
+        if fit.relative > POOR
+    ]
+    if uncertainty.short:
+        time = uncertainty.correlation_time * problem.surrogate.window.step
+        found.append(
+            f"residuals remember {time:.3g} s, and the record is only a few times as long: the "
+            "intervals may be too narrow; record longer"
+        )
+    outside = _outside(problem)
+    if outside > MOST_OUTSIDE:
+        found.append(
+            f"{percent(outside)} of the samples follow inputs outside the ranges of the "
+            "training, where the surrogate may be wrong: the intervals do not include that"
+        )
+    if not error_known:
+        found.append(
+            "the surrogate's own error is not known: the intervals count noise alone; take an FMU "
+            "that slide-fmu run has measured"
+        )
+    return tuple(found)
+
+
+def _left_out(measurements: Measurements) -> list[str]:
+    """Describe the parts of the records that do not count."""
+    found, short = [], measurements.left_out
+    if short:
+        found.append(
+            f"{len(short)} of {len(short) + len(measurements.inputs)} records or parts of "
+            f"them, with {sum(short)} samples, are no longer than the {measurements.lead} samples "
+            "that do not count, since the inputs before are unknown: they are left out; record "
+            "longer at one go"
+        )
+    missing = ~np.isfinite(measurements.scored[:, measurements.measured])
+    if missing.any():
+        found.append(
+            f"{int(missing.sum())} of {missing.size} measured outputs are missing and do not count"
+        )
+    return found
+
+
+def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) -> list[str]:
+    """Name parameters that can hardly be distinguished."""
+    names = [found.parameter.name for found in parameters]
+    first, second = np.nonzero(np.triu(np.abs(uncertainty.correlation), 1) > ALIKE)
+    return [
+        f"{names[i]} and {names[j]} can hardly be distinguished by this record (correlation "
+        f"{uncertainty.correlation[i, j]:.3f}): fix one of them, or record other inputs"
+        for i, j in zip(first, second, strict=True)
+        if max(parameters[i].share, parameters[j].share) > WIDE
+    ]
+
+
+def _outside(problem: CalibrationProblem) -> float:
+    """Return the share of counting samples that follow inputs outside their ranges."""
+    lead, records = problem.measurements.lead, problem.measurements.inputs
+    known = np.concatenate([problem.surrogate.inputs_in_range(u)[lead:] for u in records])
+    return float(1 - known.mean())

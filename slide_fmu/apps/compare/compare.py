@@ -8,16 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, Frozen
+from slide_fmu.apps.compare.baselines.base import Budget, Frozen
 from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, BaselineCandidate
 from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
-from slide_fmu.apps.compare.baselines.scores import UnseenTest
 from slide_fmu.apps.compare.kept_comparison import KeptComparison
+from slide_fmu.apps.compare.measurement import ComparisonBench, StepTimes, UnseenTest, fmu_of
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
-from slide_fmu.apps.compare.step_times import StepTimes, fmu_of
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.result_cache import key_of
 from slide_fmu.data.draws import TEST, Stream, probe
@@ -85,19 +84,6 @@ def require_comparable(case: Case) -> None:
             "them, since other kinds of models look back at outputs: cut the files where "
             "outputs are missing"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class ComparisonBench:
-    """A ComparisonBench measures every model."""
-
-    test: UnseenTest
-    times: StepTimes
-
-    def measured(self, model: ModelFigures, baseline: Baseline) -> ModelFigures:
-        """Return the figures of a model with its parameters, errors and time of its steps."""
-        errors, (step_us, ratio) = self.test.errors(baseline), self.times.of(baseline)
-        return replace(model, **vars(errors), step_us=step_us, time_ratio=ratio)
 
 
 def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:

@@ -1,4 +1,11 @@
-"""Files are compressed to text that a page holds and its script unpacks."""
+"""Modules of JavaScript become one script, and files become text that a page holds and unpacks.
+
+The script runs in a file opened from disk. Browsers load no modules from disk, so imports are
+resolved here. The modules follow a few rules: every import names what it takes, from another
+module by its relative path, at the beginning of a line; exports are declarations; top-level names
+are unique among all modules; comments stand on lines of their own, and no string spans several
+lines. Comments and indentation are left out of the script.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +14,61 @@ import gzip
 import re
 from pathlib import Path
 
-from slide_fmu.core.web.scripts import joined_modules
+_IMPORT = re.compile(r'^import \{[^}]*\} from "(\.[a-z_./]+\.js)";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:function\*?|class|const) )", re.MULTILINE)
+_NAME = re.compile(r"^(?:export )?(?:async )?(?:function\*?|class|const|let) (\w+)", re.MULTILINE)
+_FOR_PEOPLE = re.compile(r"^[ \t]*(?://.*\n|/\*\*(?:.|\n)*?\*/\n)|^\s+", re.MULTILINE)
+
+
+class ScriptError(RuntimeError):
+    """The modules break a rule, so they cannot be joined."""
+
+
+def joined_modules(entry: Path) -> str:
+    """Join a module and all its imports; each module follows its imports.
+
+    Args:
+        entry: file of the module that is run.
+
+    Raises:
+        ScriptError: modules import each other in a circle, two share a top-level name, or an
+            import or export is not resolved.
+        FileNotFoundError: there is no such module.
+    """
+    texts: dict[Path, str] = {}
+    _collect(entry.resolve(), (), texts)
+    owners: dict[str, Path] = {}
+    for module, text in texts.items():
+        for name in _NAME.findall(text):
+            if name in owners:
+                raise ScriptError(
+                    f"{owners[name].name} and {module.name} both declare {name}; expected names "
+                    "of their own: rename one of them"
+                )
+            owners[name] = module
+    whole = "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts.values())
+    joined = _FOR_PEOPLE.sub("", whole)
+    left = re.search(r"^(?:import|export)\b.*|</script|<!--", joined, re.MULTILINE)
+    if left is not None:
+        raise ScriptError(
+            f'{left[0]!r} is left in the script; expected import {{ names }} from "./module.js", '
+            "exports of declarations, and nothing that ends a script in HTML"
+        )
+    return joined
+
+
+def _collect(module: Path, way: tuple[Path, ...], found: dict[Path, str]) -> None:
+    """Add a module to the modules found, after all its imports."""
+    if module in way:
+        circle = " -> ".join(path.stem for path in (*way[way.index(module) :], module))
+        raise ScriptError(f"modules import each other: {circle}; expected no circle")
+    if module in found:
+        return
+    text = module.read_text(encoding="utf-8")
+    for other in _IMPORT.findall(text):
+        _collect((module.parent / other).resolve(), (*way, module), found)
+    found[module] = text
+
 
 MODULES = Path(__file__).parent / "modules"
 """JavaScript modules and style sheets that pages share."""

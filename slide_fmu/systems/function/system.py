@@ -10,7 +10,6 @@ from typing import Any, final
 
 import numpy as np
 
-from slide_fmu.core.bend import Bend
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import (
     Bending,
@@ -22,7 +21,7 @@ from slide_fmu.systems.base import (
 )
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.systems.function.equations import ModelEquations
+from slide_fmu.systems.function.equations import Bend, ModelEquations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
 from slide_fmu.systems.function.user_function import (

@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.apps.compare.baselines.adam_training import AdamTraining, schedule
 from slide_fmu.apps.compare.baselines.base import Budget, Frozen
-from slide_fmu.apps.compare.baselines.gradient import Gru, fit_gru, fit_paper_network
+from slide_fmu.apps.compare.baselines.gradient import (
+    AdamTraining,
+    Gru,
+    fit_gru,
+    fit_paper_network,
+    schedule,
+)
 from slide_fmu.apps.compare.baselines.impulse_response import fit_fir
 from slide_fmu.apps.compare.baselines.linear import fit_linear_state_space
 from slide_fmu.fitting.errors import TrainingError

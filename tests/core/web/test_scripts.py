@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.core.web.packing import MODULES
-from slide_fmu.core.web.scripts import ScriptError, joined_modules
+from slide_fmu.core.web.packing import MODULES, ScriptError, joined_modules
 from slide_fmu.report import html_report
 from tests.marks import APPS
 from tests.node import node

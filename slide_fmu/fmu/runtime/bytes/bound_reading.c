@@ -73,7 +73,6 @@ static void read_companion(SlidePayload *payload, SlideCursor *file) {
                 "surrogate file: the companion of an error bound is a network of kind %u; expected "
                 "%u (state space)",
                 (unsigned)companion->family->number, (unsigned)slide_state_space_family.number);
-    slide_check_angle(payload, companion, file);
     slide_check(file,
                 file->good && companion->family->fits(companion, payload->n_in, payload->n_out,
                                                       payload->n_outputs),
@@ -165,9 +164,9 @@ void slide_span_read(SlidePayload *payload, SlideCursor *file) {
 
 void slide_bound_check_head(const SlidePayload *payload, const SlideBoundView *view,
                             SlideCursor *file) {
-    const uint32_t found = view->head.n_values;
+    const uint32_t n_values = view->head.n_values;
     const uint32_t expected = (view->span_block > 0 ? 2 : 1) * payload->n_outputs;
-    slide_check(file, found == expected,
+    slide_check(file, n_values == expected,
                 "surrogate file: the head of an error bound gives %u values; expected %u",
-                (unsigned)found, (unsigned)expected);
+                (unsigned)n_values, (unsigned)expected);
 }

@@ -86,8 +86,9 @@ static void read_meanings(SlidePayload *payload, SlideCursor *file) {
     payload->first_order = first == 1;
 }
 
-void slide_check_angle(const SlidePayload *payload, const SlideNetworkView *network,
-                       SlideCursor *file) {
+/* What features of an angle are formed of must be one. */
+static void check_angle(const SlidePayload *payload, const SlideNetworkView *network,
+                        SlideCursor *file) {
     const SlideFeatureSet *set = network->features.set;
     for (uint32_t i = 0; set->is_cosine != NULL && i < payload->n_inputs; ++i) {
         slide_check(file,
@@ -105,7 +106,7 @@ static void read_predictor(SlidePayload *payload, SlideCursor *file) {
     slide_network_read(&payload->predictor, payload->n_inputs, file);
     slide_close_section(file, "PRED");
     if (file->good) {
-        slide_check_angle(payload, network, file);
+        check_angle(payload, network, file);
         slide_check(file,
                     network->family->fits(network, payload->n_in, payload->n_out,
                                           payload->n_outputs),
@@ -132,7 +133,7 @@ static void check_estimator(const SlidePayload *payload, SlideCursor *file) {
                 "surrogate file: the error estimator sees %u samples at %u positions; expected at "
                 "least one position, and at most %d of both",
                 (unsigned)network->n_samples, (unsigned)payload->positions, (int)SLIDE_MAX_WINDOW);
-    slide_check_angle(payload, network, file);
+    check_angle(payload, network, file);
 }
 
 static void read_ranges(SlidePayload *payload, SlideCursor *file) {
@@ -248,6 +249,9 @@ static void read_sections(SlidePayload *payload, SlideCursor *file) {
     payload->has_bound = file->good && is_next(file, "BOUN");
     if (payload->has_bound) {
         slide_bound_read(payload, file);
+    }
+    if (payload->has_bound && file->good) {
+        check_angle(payload, &payload->bound.companion, file);
     }
     if (payload->has_bound && file->good && is_next(file, "SPAN")) {
         slide_span_read(payload, file);

@@ -68,10 +68,6 @@ static inline SlideAngle slide_angle_of(const SlidePayload *payload, size_t inpu
     return (SlideAngle)slide_u32(payload->input_scaling + SLIDE_INPUT_ROW * input + 28);
 }
 
-/* What features of an angle are formed of must be one. */
-void slide_check_angle(const SlidePayload *payload, const SlideNetworkView *network,
-                       SlideCursor *file);
-
 /* Check all bytes and describe them. False, with a message, when the file must not be used. */
 bool slide_payload_read(SlidePayload *payload, const unsigned char *data, size_t size,
                         SlideMessage *message);

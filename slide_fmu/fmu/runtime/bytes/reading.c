@@ -36,9 +36,9 @@ double slide_take_f64(SlideCursor *cursor, const char *what) {
 }
 
 void slide_open_section(SlideCursor *cursor, const char *tag) {
-    const bool found =
+    const bool is_next =
         cursor->end - cursor->at >= 4 && memcmp(cursor->at, tag, 4) == 0;
-    slide_check(cursor, found, "surrogate file is damaged: expected section %s", tag);
+    slide_check(cursor, is_next, "surrogate file is damaged: expected section %s", tag);
     slide_take(cursor, 4, 1, tag);
     const uint32_t length = slide_take_u32(cursor, tag);
     const unsigned char *begin = slide_take(cursor, length, 1, tag);

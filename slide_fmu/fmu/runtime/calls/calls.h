@@ -101,7 +101,4 @@ SlideStatus slide_serialize(SlideInstance *instance, const void *state, void *by
 SlideStatus slide_deserialize(SlideInstance *instance, const void *bytes, size_t size,
                               void **state);
 
-/* A function that is exported, because importers look it up, but not offered. */
-SlideStatus slide_refuse(SlideInstance *instance, const char *reason);
-
 #endif

@@ -184,7 +184,3 @@ SlideStatus slide_reset(SlideInstance *instance) {
     slide_state_reset(&instance->model, &instance->state);
     return slide_change_mode(instance, SLIDE_INSTANTIATED);
 }
-
-SlideStatus slide_refuse(SlideInstance *instance, const char *reason) {
-    return slide_report(instance, SLIDE_ERROR, "%s; nothing was changed", reason);
-}

@@ -14,19 +14,19 @@ static bool all_finite(const double *values, size_t count) {
 }
 
 /* Are the arguments there and of the right sizes (one value for each scalar variable)? seeded and
- * found: numbers of variables. */
+ * n_results: numbers of variables. */
 static SlideStatus check_arguments(const SlideInstance *instance, const SlideSensitivities *of,
-                                   size_t seeded, size_t found) {
+                                   size_t seeded, size_t n_results) {
     if ((of->n_unknowns > 0 && of->unknowns == NULL) || (of->n_knowns > 0 && of->knowns == NULL) ||
-        (seeded > 0 && of->seed == NULL) || (found > 0 && of->sensitivity == NULL)) {
+        (seeded > 0 && of->seed == NULL) || (n_results > 0 && of->sensitivity == NULL)) {
         return slide_null(instance);
     }
-    if (of->n_seed != seeded || of->n_sensitivity != found) {
+    if (of->n_seed != seeded || of->n_sensitivity != n_results) {
         return slide_report(instance, SLIDE_ERROR,
                             "%llu seeds and %llu sensitivities; expected %llu and %llu, one for "
                             "each variable",
                             (unsigned long long)of->n_seed, (unsigned long long)of->n_sensitivity,
-                            (unsigned long long)seeded, (unsigned long long)found);
+                            (unsigned long long)seeded, (unsigned long long)n_results);
     }
     bool by_parameters = false;
     for (size_t i = 0; i < of->n_knowns; ++i) {
@@ -69,8 +69,8 @@ static SlideStatus check_arguments(const SlideInstance *instance, const SlideSen
 
 /* May the derivatives be formed now? Before the first step they are those of the start inputs. */
 static SlideStatus prepare(SlideInstance *instance, const SlideSensitivities *of, size_t seeded,
-                           size_t found) {
-    SlideStatus status = check_arguments(instance, of, seeded, found);
+                           size_t n_results) {
+    SlideStatus status = check_arguments(instance, of, seeded, n_results);
     const SlideModel *model = &instance->model;
     memset(instance->derivative.direction, 0, model->n_inputs * sizeof(double));
     if (model->parameters.count > 0) {

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { STATE_VERSION = 18 };
+enum { STATE_VERSION = 19 };
 
 typedef struct {
     char magic[8];
@@ -32,21 +32,21 @@ size_t slide_saved_size(const SlideInstance *instance) {
 /* Is no argument missing, and does a saved state that is given belong to this surrogate? The bytes
  * may be at any alignment. */
 static SlideStatus check(SlideInstance *instance, bool complete, const void *saved) {
-    StateHeader expected = header_of(instance), found = expected;
+    StateHeader expected = header_of(instance), given = expected;
     const char *fault = NULL;
     if (!complete) {
         return slide_null(instance);
     }
     if (saved != NULL) {
-        memcpy(&found, saved, sizeof found);
+        memcpy(&given, saved, sizeof given);
     }
-    if (memcmp(found.magic, expected.magic, sizeof found.magic) != 0) {
+    if (memcmp(given.magic, expected.magic, sizeof given.magic) != 0) {
         fault = "this is no state of a SLIDE FMU";
-    } else if (found.version != expected.version) {
+    } else if (given.version != expected.version) {
         fault = "the state is of another version of the runtime";
-    } else if (memcmp(found.guid, expected.guid, sizeof found.guid) != 0) {
+    } else if (memcmp(given.guid, expected.guid, sizeof given.guid) != 0) {
         fault = "the state belongs to another FMU (other GUID)";
-    } else if (found.size != expected.size) {
+    } else if (given.size != expected.size) {
         fault = "the state has another size than this FMU's";
     }
     return fault == NULL ? SLIDE_OK : slide_refuse(instance, fault);

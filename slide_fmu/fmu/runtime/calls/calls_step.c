@@ -12,8 +12,8 @@ static const char *fault_of(double time, double length, double sample_step) {
     if (fabs(time + length) > slide_clock_farthest(sample_step)) {
         return "so far from 0, steps cannot be told apart";
     }
-    double seen = (time + length) - time;
-    return fabs(seen - length) <= length / 4 ? NULL : "it is too small to be told apart from zero";
+    double advance = (time + length) - time;
+    return fabs(advance - length) <= length / 4 ? NULL : "it is too small to be told apart from zero";
 }
 
 static const double SHORTEST_DIRECTOR = 1e-6;

@@ -52,3 +52,7 @@ SlideStatus slide_null(const SlideInstance *instance) {
     return slide_report(instance, SLIDE_ERROR,
                         "an argument is NULL; expected an array or a place for the result");
 }
+
+SlideStatus slide_refuse(const SlideInstance *instance, const char *reason) {
+    return slide_report(instance, SLIDE_ERROR, "%s; nothing was changed", reason);
+}

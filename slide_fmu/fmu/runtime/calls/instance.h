@@ -86,4 +86,8 @@ SlideInstance *slide_enter(void *component, unsigned modes, const char *function
 /* Log that an argument pointer is missing. */
 SlideStatus slide_null(const SlideInstance *instance);
 
+/* Log why a call is refused, such as of a function that is exported, because importers look it up,
+ * but not offered. */
+SlideStatus slide_refuse(const SlideInstance *instance, const char *reason);
+
 #endif

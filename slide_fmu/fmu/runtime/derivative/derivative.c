@@ -98,7 +98,7 @@ static const double *evaluate(const Replay *replay, const SlideNetwork *network,
 static void estimate(const Replay *replay, double *errors) {
     const SlideModel *model = replay->model;
     const SlideEstimator *estimator = &model->estimator;
-    const SlideEstimate *found = slide_stream_estimate(model, replay->state);
+    const SlideEstimate *estimate = slide_stream_estimate(model, replay->state);
     const uint64_t newest = *slide_now(replay->state)->samples.count - 1;
     const size_t n_outputs = model->n_outputs;
     const uint64_t n_moved = replay->settled ? estimator->positions : replay->n_moved;
@@ -109,8 +109,8 @@ static void estimate(const Replay *replay, double *errors) {
             values = evaluate(replay, &estimator->network, &replay->scratch->estimator, age);
         }
         for (size_t i = 0; i < n_outputs; ++i) {
-            double square = age == 0 ? found->newest[i]
-                                     : *slide_estimate_square(estimator, found, i, newest - age);
+            double square = age == 0 ? estimate->newest[i]
+                                     : *slide_estimate_square(estimator, estimate, i, newest - age);
             if (values != NULL && square < estimator->largest) {
                 double mean = estimator->n_means > 0 ? values[i] : 0;
                 square = slide_squared_error(estimator, mean, values[estimator->n_means + i]);
@@ -129,9 +129,9 @@ static void run(const Replay *replay, bool estimates, double *results) {
     const SlideDerivativeScratch *scratch = replay->scratch;
     const size_t n = model->n_outputs;
     memset(results, 0, 3 * n * sizeof *results);
-    const double *found = evaluate(replay, &model->predictor, &scratch->predictor, 0);
-    memcpy(results, found, n * sizeof *results);
-    memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, found + model->predictor.n_values,
+    const double *values = evaluate(replay, &model->predictor, &scratch->predictor, 0);
+    memcpy(results, values, n * sizeof *results);
+    memcpy(results + SLIDE_OF_TRUNCATION_ERRORS * n, values + model->predictor.n_values,
            n * sizeof *results);
     if (estimates) {
         estimate(replay, results + SLIDE_OF_ESTIMATES * n);
@@ -151,7 +151,7 @@ static double largest_change(const SlideModel *model, const double *d_inputs) {
 static Replay replay_of(const SlideModel *model, SlideState *state,
                         const SlideDerivativeScratch *scratch) {
     Replay replay = {.model = model, .state = state, .scratch = scratch};
-    const SlideSeen *seen = slide_now(state);
+    const SlidePhase *phase = slide_now(state);
     const uint64_t most = model->n_redone - SLIDE_BEFORE, looked = state->head->n_looked;
     const uint64_t n_window = model->predictor.n_samples;
     const uint64_t n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;
@@ -159,7 +159,7 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
     if (slide_stream_fresh(state)) {
         replay.n_taken = 0;
         replay.settled = state->head->prehistory == SLIDE_FIRST_HELD;
-        replay.n_moved = replay.settled ? 0 : seen->head->n_open;
+        replay.n_moved = replay.settled ? 0 : phase->head->n_open;
         replay.anew = !replay.settled;
     } else if (slide_stream_first_held(state)) {
         /* the first sample counts as settled, too, where it is held, and those it may change */

@@ -43,12 +43,12 @@ SLIDE_INLINE void find_wrench_before(const Chain *chain, const double *const *po
                                      const Motions *wrench, double *before) {
 #if defined(SLIDE_SCALAR)
     Body body;
-    Motions found[6];
+    Motions motions[6];
     (void)wrench;
     set_joints(chain, points + 1);
     const Turn turn = gather_body(chain, chain->joints, &body);
-    weigh(chain, &body, turn, found);
-    store(found, 6, before);
+    weigh(chain, &body, turn, motions);
+    store(motions, 6, before);
 #else
     (void)chain;
     (void)points;

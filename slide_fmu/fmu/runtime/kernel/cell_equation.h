@@ -8,6 +8,8 @@
 #ifndef SLIDE_CELL_EQUATION_H
 #define SLIDE_CELL_EQUATION_H
 
+#include "clipped_cube.h"
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -116,13 +118,6 @@ static inline void turn_pairs(Real *state, size_t pairs, Real c, Real s) {
         state[2 * i] = c * x - s * y;
         state[2 * i + 1] = s * x + c * y;
     }
-}
-
-/* The cube of an argument that is clipped (slide_fmu/network/activations.py). */
-static inline Real clipped_cube(Real x) {
-    const Real bound = 8;
-    x = x > bound ? bound : x < -bound ? -bound : x;
-    return x * x * x;
 }
 
 /* Values of the units of both states: those that are offered, times their gates or activated. */

@@ -1,12 +1,12 @@
 #include "native.h"
 
-#include "batch.h"
 #include "calls.h"
 #include "payload.h"
 #include "slopes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* The network of a surrogate, with all the values it gives. */
 struct SlideNative {
@@ -96,16 +96,68 @@ int slide_native_sizes(const unsigned char *data, size_t size, uint32_t fmi,
         snprintf(message, message_size, "%s", why.text);
         return 1;
     }
-    const SlideSizes found = slide_measure(&payload, fmi == 3, steps_per_sample);
-    sizes[0] = found.instance;
-    sizes[1] = found.saved_state;
+    const SlideSizes of_instance = slide_measure(&payload, fmi == 3, steps_per_sample);
+    sizes[0] = of_instance.instance;
+    sizes[1] = of_instance.saved_state;
     return 0;
+}
+
+enum { CHUNK = 8 * SLIDE_ROWS }; /* rows that pass through a layer before the next layer */
+
+static void affine(const SlideKernel *kernel, const SlideLayer *layer, const SlideRows *rows) {
+    kernel->affine_rows(layer->weights, layer->n_in, layer->n_panels, rows);
+}
+
+/* CHUNK rows; gives [CHUNK][panels of the last layer][SLIDE_PANEL]. */
+static const float *evaluate_chunk(const SlideFeedForward *network, const SlideKernel *kernel,
+                                   const float *const *windows, float *scratch) {
+    const float *inner[CHUNK], *const *x = windows;
+    const size_t half = CHUNK * network->widest * SLIDE_PANEL;
+    float *y = NULL;
+    for (uint32_t i = 0; i < network->n_layers; ++i) {
+        const SlideLayer *layer = &network->layers[i];
+        const size_t width = layer->n_panels * SLIDE_PANEL;
+        y = scratch + i % 2 * half;
+        affine(kernel, layer, &(SlideRows){CHUNK, x, layer->bias, 0, y});
+        kernel->activate(layer->activation, y, CHUNK * width);
+        for (size_t row = 0; row < CHUNK; ++row) {
+            inner[row] = y + row * width;
+        }
+        x = inner;
+    }
+    const size_t width = network->skip.n_panels * SLIDE_PANEL;
+    affine(kernel, &network->skip, &(SlideRows){CHUNK, windows, y, width, y});
+    return y;
+}
+
+/* Layers on rows of features, [count] of them, each as wide as the first layer; they may overlap.
+ * values: [count][n_values], all that the network gives. False when there is no memory for it;
+ * nothing but values is changed, so that threads may share the network. */
+static bool evaluate_rows(const SlideFeedForward *network, const SlideKernel *kernel,
+                          const float *const *rows, size_t count, size_t n_values, float *values) {
+    const SlideLayer *last = &network->layers[network->n_layers - 1];
+    const size_t width = last->n_panels * SLIDE_PANEL;
+    float *scratch = malloc(2 * CHUNK * network->widest * SLIDE_PANEL * sizeof(float));
+    for (size_t first = 0; scratch != NULL && first < count; first += CHUNK) {
+        const size_t left = count - first, n_rows = left < CHUNK ? left : CHUNK;
+        const float *chunk[CHUNK];
+        for (size_t row = 0; row < CHUNK; ++row) { /* the last row fills the chunk */
+            chunk[row] = rows[first + (row < n_rows ? row : n_rows - 1)];
+        }
+        const float *chunk_values = evaluate_chunk(network, kernel, chunk, scratch);
+        for (size_t row = 0; row < n_rows; ++row) {
+            memcpy(values + (first + row) * n_values, chunk_values + row * width,
+                   n_values * sizeof(float));
+        }
+    }
+    free(scratch);
+    return scratch != NULL;
 }
 
 int slide_native_layers(const SlideNative *native, const float *const *rows, size_t count,
                         float *values) {
-    return slide_batch_layers(&native->network.of.layers.stack, native->kernel, rows, count,
-                              native->n_values, values)
+    return evaluate_rows(&native->network.of.layers.stack, native->kernel, rows, count,
+                         native->n_values, values)
                ? 0
                : 1;
 }

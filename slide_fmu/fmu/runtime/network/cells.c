@@ -75,19 +75,19 @@ static void keep(const SlideNetwork *network, const SlideNetworkState *of_networ
 /* Each of them counts by its two states as they give its next values, which both of this one are. */
 static void blend(const SlideNetwork *network, const SlideNetworkState *const *states,
                   const double *weights, size_t count, SlideNetworkState *between) {
-    const State *found = &between->cells;
+    const State *blended = &between->cells;
     const size_t n = n_of_state(network);
-    *found->taken = 0;
-    memset(found->states, 0, n * sizeof(float));
+    *blended->taken = 0;
+    memset(blended->states, 0, n * sizeof(float));
     for (size_t i = 0; i < count; ++i) {
         const State *state = &states[i]->cells;
         const float weight = (float)weights[i];
         const float younger = weight * weight_at(network, age_after(network, *state->taken));
         for (size_t j = 0; j < n; ++j) {
-            found->states[j] += (weight - younger) * state->states[j] + younger * state->states[n + j];
+            blended->states[j] += (weight - younger) * state->states[j] + younger * state->states[n + j];
         }
     }
-    memcpy(found->states + n, found->states, n * sizeof(float));
+    memcpy(blended->states + n, blended->states, n * sizeof(float));
 }
 
 static void restart(const SlideNetwork *network, SlideNetworkState *state) {

@@ -119,11 +119,11 @@ void slide_feed_forward_place(SlideFeedForward *network, const SlideLayersView *
     network->layers = slide_place(arena, view->n_layers, sizeof *network->layers);
     network->widest = 0;
     for (uint32_t i = 0; i < view->n_layers; ++i) {
-        LayerView found;
-        at = layer_at(at, &found);
-        const Source source = {found.weights, found.bias, found.n_in, found.n_out,
+        LayerView layer_view;
+        at = layer_at(at, &layer_view);
+        const Source source = {layer_view.weights, layer_view.bias, layer_view.n_in, layer_view.n_out,
                                i + 1 == view->n_layers ? n_older : 0};
-        const SlideLayer layer = place_layer(&source, found.activation, arena);
+        const SlideLayer layer = place_layer(&source, layer_view.activation, arena);
         network->widest = layer.n_panels > network->widest ? layer.n_panels : network->widest;
         if (arena->base != NULL) {
             network->layers[i] = layer;

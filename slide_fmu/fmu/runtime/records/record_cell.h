@@ -5,6 +5,8 @@
 #ifndef SLIDE_RECORD_CELL_H
 #define SLIDE_RECORD_CELL_H
 
+#include "clipped_cube.h"
+
 /* Numbers of all units, or states, of the records that go together. */
 static size_t count_units(const SlideRecordCell *cell, size_t records) {
     return cell->unit_panels * SLIDE_LANES * records;
@@ -57,13 +59,6 @@ SLIDE_CALLED void prepare(const SlideRecordCell *cell, const SlideRecordScratch 
     }
     multiply_part(cell, &cell->to_units, features, n_units, records, scratch->offered);
     multiply_part(cell, &cell->to_states, features, cell->n_states, records, scratch->driven);
-}
-
-/* The cube of an argument that is clipped (slide_fmu/network/activations.py). */
-static inline Real clipped_cube(Real x) {
-    const Real bound = 8;
-    x = x > bound ? bound : x < -bound ? -bound : x;
-    return x * x * x;
 }
 
 /* Units from what is offered to them. */

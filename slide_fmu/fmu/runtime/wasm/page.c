@@ -85,11 +85,11 @@ int slide_page_set(SlidePage *page, const uint32_t *references, size_t count,
 /* How many of the variables, from the first on, are Real. */
 static size_t count_reals(const SlideInstance *instance, const uint32_t *references,
                           size_t count) {
-    size_t found = 0;
-    while (found < count && slide_variable(instance, references[found]).type == SLIDE_REAL) {
-        ++found;
+    size_t n_reals = 0;
+    while (n_reals < count && slide_variable(instance, references[n_reals]).type == SLIDE_REAL) {
+        ++n_reals;
     }
-    return found;
+    return n_reals;
 }
 
 static SlideStatus get_truth(SlideInstance *instance, const uint32_t *reference, double *value) {

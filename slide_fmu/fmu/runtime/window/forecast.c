@@ -134,6 +134,8 @@ void slide_forecast_place_state(SlideForecastState *state, const SlideForecast *
     state->channels = slide_place(arena, n * n_points(forecast), sizeof(double));
     state->changes = slide_place(arena, n * n_choices(forecast), sizeof(double));
     state->errors = slide_place(arena, n * n_errors, sizeof(double));
+    state->best = slide_place(arena, n, sizeof *state->best);
+    state->moves = slide_place(arena, n, sizeof *state->moves);
     state->values = slide_place(arena, forecast->least_changes > 0 ? n * SLIDE_LOOKED : 0,
                                 sizeof(double));
     state->size = arena->used - start;
@@ -143,17 +145,13 @@ void slide_forecast_copy(const SlideForecastState *from, SlideForecastState *to)
     memcpy(to->spacing, from->spacing, *from->spacing == 0 ? sizeof *from->spacing : from->size);
 }
 
-static double within(double value, double low, double high) {
-    return value < low ? low : (value > high ? high : value);
-}
-
 /* How much a candidate says that a channel changes after the newest of these points. */
 static double change_of(Candidate candidate, const double *x, double largest) {
     double change = 0;
     for (size_t i = 0; i < candidate.n_past; ++i) {
         change += candidate.weights[i] * (x[i + 1] - x[0]);
     }
-    return within(change, -largest, largest);
+    return slide_within(change, -largest, largest);
 }
 
 /* A channel goes on to a new point, from which all are counted. */
@@ -176,12 +174,6 @@ bool slide_forecast_differ(const SlideForecast *forecast, const SlideHistoryShap
         }
     }
     return false;
-}
-
-/* How an input, or the angle of a director, went on. */
-static double change_to(bool of_angle, const double *from, const double *to) {
-    return of_angle ? atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1])
-                    : to[0] - from[0];
 }
 
 /* The largest change within a step. */
@@ -215,7 +207,7 @@ static void add_point(const SlideForecast *forecast, const SlideHistoryShape *sh
         const bool changes = forecast->least_changes == 0 ||
                              differs(forecast, input, state->latest[input], inputs[input]);
         const double change =
-            changes ? change_to(of_angle, state->latest + input, inputs + input) : 0;
+            changes ? slide_change_to(of_angle, state->latest + input, inputs + input) : 0;
         for (size_t i = 0; scores && i < n; ++i) {
             const double error = change - state->changes[input * n + i];
             errors[i * forecast->n_scored + place] = error * error;
@@ -250,22 +242,6 @@ static void read_points(const SlideForecast *forecast, const SlideHistoryShape *
             foresee(forecast, shape, state);
         }
     }
-}
-
-void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
-                        const SlideHistory *history, SlideForecastState *state) {
-    const double *step = slide_history_newest(shape, history), length = step[0];
-    if (*state->spacing == 0) {
-        memset(state->spacing, 0, state->size);
-        read_points(forecast, shape, history, length, n_past_of(forecast) + forecast->n_scored,
-                    true, state);
-        return;
-    }
-    add_point(forecast, shape, state, step + 1, true);
-    if (*state->spacing != length) {
-        read_points(forecast, shape, history, length, n_points(forecast) - 1, false, state);
-    }
-    foresee(forecast, shape, state);
 }
 
 static double sum_of(const double *values, size_t count) {
@@ -313,9 +289,9 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
     double least = BETTER * sum_of(errors, n_scored), least_rest = DBL_MAX;
     size_t best = 0;
     for (size_t i = 1; i + 1 < n; ++i) {
-        const double found = sum_of(errors + i * n_scored, n_scored);
-        if (found < least) {
-            least = found;
+        const double error = sum_of(errors + i * n_scored, n_scored);
+        if (error < least) {
+            least = error;
             best = i;
         }
     }
@@ -336,6 +312,38 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
         }
     }
     return best;
+}
+
+/* Which choice makes the forecast of each input, and whether the input moves. */
+static void choose(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                   SlideForecastState *state) {
+    for (size_t input = 0; input < shape->n_inputs; ++input) {
+        const double *held = state->errors + input * n_choices(forecast) * forecast->n_scored;
+        uint32_t changes = 0;
+        for (size_t i = 0; i < forecast->n_scored; ++i) {
+            changes += held[i] > 0;
+        }
+        state->best[input] = best_of(forecast, state, input);
+        state->moves[input] = changes >= forecast->least_changes && state->best[input] > 0;
+        input += shape->cosine[input];
+    }
+}
+
+void slide_forecast_see(const SlideForecast *forecast, const SlideHistoryShape *shape,
+                        const SlideHistory *history, SlideForecastState *state) {
+    const double *step = slide_history_newest(shape, history), length = step[0];
+    if (*state->spacing == 0) {
+        memset(state->spacing, 0, state->size);
+        read_points(forecast, shape, history, length, n_past_of(forecast) + forecast->n_scored,
+                    true, state);
+    } else {
+        add_point(forecast, shape, state, step + 1, true);
+        if (*state->spacing != length) {
+            read_points(forecast, shape, history, length, n_points(forecast) - 1, false, state);
+        }
+        foresee(forecast, shape, state);
+    }
+    choose(forecast, shape, state);
 }
 
 /* Are values like those some points before them, about their mean? */
@@ -381,11 +389,10 @@ bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64
     return n_changes > 1 && change * next > 0 && fabs(change) <= MOST_AT_FIRST * fabs(next);
 }
 
-bool slide_forecast_begins_to_change(const SlideForecast *forecast, const SlideForecastState *state,
-                                     uint32_t n_inputs) {
+bool slide_forecast_begins_to_change(const SlideForecastState *state, uint32_t n_inputs) {
     for (size_t i = 0; i < n_inputs; ++i) {
         const uint64_t count = slide_forecast_n_changes(state, i);
-        if (count > 1 && count < LEAST_CHANGES && !slide_forecast_moves(forecast, state, i)) {
+        if (count > 1 && count < LEAST_CHANGES && !state->moves[i]) {
             return true;
         }
     }
@@ -413,7 +420,7 @@ bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastStat
                           uint32_t n_inputs) {
     const double alike = 2 * *state->spacing > forecast->sample_step ? ALIKE : ALIKE_OF_SHORT;
     for (size_t i = 0; i < n_inputs; ++i) {
-        if (!slide_forecast_moves(forecast, state, i) &&
+        if (!state->moves[i] &&
             goes_on(state->values + i * SLIDE_LOOKED, *state->scored + SLIDE_LOOKED) &&
             are_alike(state->values + i * SLIDE_LOOKED, *state->scored % SLIDE_LOOKED, alike)) {
             return true;
@@ -462,7 +469,7 @@ bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastSt
         const double range = forecast->high[i] - forecast->low[i], least = SMALL_CHANGE * range;
         const double walk = SMALL_WALK * range;
         const bool changes = sum_of(errors, n_scored) > (double)n_scored * walk * walk;
-        if (slide_forecast_moves(forecast, state, i)) {
+        if (state->moves[i]) {
             if (changes && n_poor(forecast, errors) >= MANY_POOR) {
                 return true;
             }
@@ -493,16 +500,6 @@ bool slide_forecast_jumps(const SlideForecast *forecast, const SlideHistoryShape
     return false;
 }
 
-bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
-                          size_t input) {
-    const double *held = state->errors + input * n_choices(forecast) * forecast->n_scored;
-    uint32_t changes = 0;
-    for (size_t i = 0; i < forecast->n_scored; ++i) {
-        changes += held[i] > 0;
-    }
-    return changes >= forecast->least_changes && best_of(forecast, state, input) > 0;
-}
-
 bool slide_forecast_surprised(const SlideForecast *forecast, const SlideHistoryShape *shape,
                               const SlideForecastState *state) {
     const size_t n_scored = forecast->n_scored;
@@ -529,8 +526,7 @@ bool slide_forecast_surprised(const SlideForecast *forecast, const SlideHistoryS
 void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shape,
                     const SlideForecastState *state, double *inputs) {
     for (size_t i = 0; i < shape->n_inputs; ++i) {
-        const double change =
-            state->changes[i * n_choices(forecast) + best_of(forecast, state, i)];
+        const double change = state->changes[i * n_choices(forecast) + state->best[i]];
         const double *now = state->latest + i;
         if (shape->cosine[i]) {
             const double c = cos(change), s = sin(change);
@@ -538,7 +534,7 @@ void slide_forecast(const SlideForecast *forecast, const SlideHistoryShape *shap
             inputs[i + 1] = s * now[0] + c * now[1];
             ++i;
         } else {
-            inputs[i] = within(now[0] + change, fmin(now[0], forecast->low[i]),
+            inputs[i] = slide_within(now[0] + change, fmin(now[0], forecast->low[i]),
                                fmax(now[0], forecast->high[i]));
         }
     }

@@ -32,6 +32,9 @@ typedef struct {
     double *changes;  /* [n_inputs][n_candidates + 2], after the newest point: of the held value, the
                          candidates, a cubic */
     double *errors;   /* [n_inputs][n_candidates + 2][n_scored], of former ones, squared */
+    uint64_t *best;   /* [n_inputs], the place of the choice among these that makes the forecast */
+    bool *moves;      /* [n_inputs], does an input move smoothly from point to point, so that a
+                         forecast is better than holding it? Both of an angle in its cosine's place */
     double *values;   /* of held inputs [n_inputs][SLIDE_LOOKED], the newest in place
                          scored % SLIDE_LOOKED */
     size_t size;      /* bytes of all */
@@ -70,8 +73,7 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
 bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64_t n_changes);
 
 /* Did a held input begin to change in each step, so lately that it cannot be told whether it moves? */
-bool slide_forecast_begins_to_change(const SlideForecast *forecast, const SlideForecastState *state,
-                                     uint32_t n_inputs);
+bool slide_forecast_begins_to_change(const SlideForecastState *state, uint32_t n_inputs);
 
 /* Do held inputs follow each other as samples of a signal that is too fast for a forecast, as a tone
  * does? Values that a controller draws or holds do not: they stay, or are independent. */
@@ -83,11 +85,6 @@ bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastStat
  * be a walk of held values. */
 bool slide_forecast_unclear(const SlideForecast *forecast, const SlideForecastState *state,
                             uint32_t n_inputs);
-
-/* Does an input move smoothly from point to point, so that a forecast is better than holding it? Of
- * an angle by its cosine's place. */
-bool slide_forecast_moves(const SlideForecast *forecast, const SlideForecastState *state,
-                          size_t input);
 
 /* Did an input that moves go further from what was forecast than at the points before, by far? */
 bool slide_forecast_surprised(const SlideForecast *forecast, const SlideHistoryShape *shape,

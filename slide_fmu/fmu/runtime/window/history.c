@@ -44,10 +44,14 @@ size_t slide_history_steps_size(const SlideHistoryShape *shape) {
     return (size_t)shape->capacity * step_size(shape);
 }
 
-void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
-                         SlideArena *arena) {
+void slide_history_place_end(SlideHistory *history, const SlideHistoryShape *shape,
+                             SlideArena *arena) {
     history->count = slide_place(arena, 1, sizeof *history->count);
     history->end = slide_place(arena, shape->n_inputs, sizeof *history->end);
+}
+
+void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape,
+                         SlideArena *arena) {
     history->moved = slide_place(arena, (size_t)shape->capacity, shape->n_inputs);
     history->steps = slide_place(arena, (size_t)shape->capacity, step_size(shape));
 }
@@ -117,36 +121,33 @@ void slide_history_append(const SlideHistoryShape *shape, SlideHistory *history,
 }
 
 void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena) {
-    undo->count = slide_place(arena, 1, sizeof *undo->count);
     undo->steps = slide_place(arena, 2, (1 + n_inputs) * sizeof *undo->steps);
     undo->moved = slide_place(arena, SLIDE_TOLD_LATER, n_inputs);
 }
 
 void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *history,
                            const SlideHistoryUndo *undo) {
-    *undo->count = *history->count;
-    for (uint64_t age = 0; age < 2 && age < *undo->count; ++age) {
-        const uint64_t index = *undo->count - 1 - age;
+    const uint64_t count = *history->count;
+    for (uint64_t age = 0; age < 2 && age < count; ++age) {
         memcpy(undo->steps + age * (1 + (size_t)shape->n_inputs),
-               step_at(shape, history, index), step_size(shape));
+               step_at(shape, history, count - 1 - age), step_size(shape));
     }
-    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < *undo->count; ++age) {
-        memcpy(undo->moved + age * shape->n_inputs,
-               moved_at(shape, history, *undo->count - 1 - age), shape->n_inputs);
+    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < count; ++age) {
+        memcpy(undo->moved + age * shape->n_inputs, slide_history_moved(shape, history, age),
+               shape->n_inputs);
     }
 }
 
 void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *undo,
                         SlideHistory *history) {
-    *history->count = *undo->count;
-    for (uint64_t age = 0; age < 2 && age < *undo->count; ++age) {
-        const uint64_t index = *undo->count - 1 - age;
-        memcpy(step_at(shape, history, index),
+    const uint64_t count = *history->count;
+    for (uint64_t age = 0; age < 2 && age < count; ++age) {
+        memcpy(step_at(shape, history, count - 1 - age),
                undo->steps + age * (1 + (size_t)shape->n_inputs), step_size(shape));
     }
-    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < *undo->count; ++age) {
-        memcpy(moved_at(shape, history, *undo->count - 1 - age),
-               undo->moved + age * shape->n_inputs, shape->n_inputs);
+    for (uint64_t age = 0; age < SLIDE_TOLD_LATER && age < count; ++age) {
+        memcpy(slide_history_moved(shape, history, age), undo->moved + age * shape->n_inputs,
+               shape->n_inputs);
     }
 }
 
@@ -188,7 +189,7 @@ void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, c
 
 /* Turned back from its end, which is exact. */
 static void on_arc(const double *from, const double *to, double left, double *director) {
-    double turn = atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1]);
+    double turn = slide_change_to(true, from, to);
     turn -= 2 * PI * ceil((turn - LARGEST_TURN) / (2 * PI));
     double length = 1 - left * (1 - hypot(from[0], from[1]) / hypot(to[0], to[1]));
     double c = length * cos(left * turn), s = length * sin(left * turn);
@@ -251,20 +252,8 @@ static const double *inputs_after(const SlideReader *reader, uint64_t step) {
                : step_at(reader->shape, reader->history, step + 1) + 1;
 }
 
-static double within(double value, double low, double high) {
-    return value < low ? low : (value > high ? high : value);
-}
-
 static bool has_moved(const SlideReader *reader, uint64_t step, size_t input) {
     return moved_at(reader->shape, reader->history, step)[input] != SLIDE_HELD;
-}
-
-/* How an input goes on from some values to others, or the angle of a director. */
-static double change_to(const SlideReader *reader, size_t input, const double *from,
-                        const double *to) {
-    const double *a = from + input, *b = to + input;
-    return reader->shape->cosine[input] ? atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
-                                        : b[0] - a[0];
 }
 
 /* Weights of the points of a polynomial, both ends of a step and those before it, at a time. */
@@ -306,13 +295,14 @@ static const double *weights_of(Curve *curve, size_t count) {
 static double behind_on_curve(const SlideReader *reader, size_t input, Curve *curve) {
     double values[N_CURVE], sum = 0;
     const double *last = step_read(reader) + 1;
+    const bool of_angle = reader->shape->cosine[input];
     uint64_t step = reader->at;
     size_t count = 2;
-    values[1] = change_to(reader, input, last, inputs_after(reader, step));
+    values[1] = slide_change_to(of_angle, last + input, inputs_after(reader, step) + input);
     for (; count < N_CURVE && step > oldest(reader) && has_moved(reader, step - 1, input); ++count) {
         step -= 1;
         const double *before = step_at(reader->shape, reader->history, step) + 1;
-        values[count] = values[count - 1] + change_to(reader, input, before, last);
+        values[count] = values[count - 1] + slide_change_to(of_angle, before + input, last + input);
         last = before;
     }
     const double *weights = weights_of(curve, count);
@@ -340,7 +330,7 @@ void slide_history_at(SlideReader *reader, double time, double *inputs) {
     seek(reader, time);
     const double *begin = step_read(reader) + 1, *end = inputs_after(reader, reader->at);
     const double past = time - reader->begin, length = step_read(reader)[0];
-    const double left = within(1 - past / length, 0, 1);
+    const double left = slide_within(1 - past / length, 0, 1);
     if (past <= shape->slack) {
         memcpy(inputs, begin, shape->n_inputs * sizeof *inputs);
         return;
@@ -354,7 +344,7 @@ void slide_history_at(SlideReader *reader, double time, double *inputs) {
         if (has_moved(reader, reader->at, i)) {
             on_curve(reader, i, &curve, inputs + i);
             if (!shape->cosine[i]) { /* through a point at the end of its range it does not leave this */
-                inputs[i] = within(inputs[i], fmin(fmin(begin[i], end[i]), shape->low[i]),
+                inputs[i] = slide_within(inputs[i], fmin(fmin(begin[i], end[i]), shape->low[i]),
                                    fmax(fmax(begin[i], end[i]), shape->high[i]));
             }
             i += 1 + shape->cosine[i];
@@ -403,7 +393,7 @@ static Course course_of(const SlideReader *reader, size_t input, double begin, d
             const double length = step_read(&part)[0];
             const double left = 1 - (0.5 * (from + to) - part.begin) / length;
             const double after = inputs_after(&part, part.at)[input];
-            value = after - within(left, 0, 1) * (after - now);
+            value = after - slide_within(left, 0, 1) * (after - now);
             rise = (after - now) * (to - from) / length;
         } else {
             course.all_moves = false;
@@ -502,7 +492,7 @@ static void sample_held(SlideReader *reader, double begin, double end,
             const double left = 1 - (0.5 * (begin + end) - reader->begin) / step_read(reader)[0];
             memcpy(inputs + i, now + i, 2 * sizeof *inputs);
             if (moves) { /* it has no mean, but a middle */
-                on_arc(now + i, inputs_after(reader, reader->at) + i, within(left, 0, 1),
+                on_arc(now + i, inputs_after(reader, reader->at) + i, slide_within(left, 0, 1),
                        inputs + i);
             }
             ++i;

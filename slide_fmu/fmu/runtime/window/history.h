@@ -4,6 +4,7 @@
 
 #include "arena.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -44,6 +45,9 @@ SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, dou
 /* The steps are the last thing placed and have this size in bytes. */
 size_t slide_history_steps_size(const SlideHistoryShape *shape);
 
+/* Count and end, which lie in the front of the state; and all else. */
+void slide_history_place_end(SlideHistory *history, const SlideHistoryShape *shape,
+                             SlideArena *arena);
 void slide_history_place(SlideHistory *history, const SlideHistoryShape *shape, SlideArena *arena);
 
 /* The newest step, and the one before it. Only after the first and second. */
@@ -62,7 +66,6 @@ enum { SLIDE_TOLD_LATER = 6 };
 /* The newest two steps, as they were before a step was appended: it may have joined them. And what
  * inputs did in steps. */
 typedef struct {
-    uint64_t *count;      /* [1] */
     double *steps;        /* [2][1 + n_inputs], newest first */
     unsigned char *moved; /* [SLIDE_TOLD_LATER][n_inputs] */
 } SlideHistoryUndo;
@@ -70,6 +73,8 @@ typedef struct {
 void slide_history_place_undo(SlideHistoryUndo *undo, size_t n_inputs, SlideArena *arena);
 void slide_history_prepare(const SlideHistoryShape *shape, const SlideHistory *history,
                            const SlideHistoryUndo *undo);
+
+/* Once the history has its count again. */
 void slide_history_undo(const SlideHistoryShape *shape, const SlideHistoryUndo *undo,
                         SlideHistory *history);
 
@@ -102,6 +107,16 @@ void slide_history_copy(const SlideHistoryShape *shape, SlideHistorySpan span, c
  * shorter arc, of two equal ones on that which turns to the left, with its length linear. */
 void slide_history_between(const SlideHistoryShape *shape, const double *from, const double *to,
                            double left, double *inputs);
+
+/* How an input goes on from some values to others, or, of both of a director, its angle. */
+static inline double slide_change_to(bool of_angle, const double *from, const double *to) {
+    return of_angle ? atan2(from[0] * to[1] - from[1] * to[0], from[0] * to[0] + from[1] * to[1])
+                    : to[0] - from[0];
+}
+
+static inline double slide_within(double value, double low, double high) {
+    return value < low ? low : (value > high ? high : value);
+}
 
 /* Reads samples in the order of time. */
 typedef struct {

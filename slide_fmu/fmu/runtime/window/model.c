@@ -71,29 +71,6 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
                             model->forecast.low, model->forecast.high);
 }
 
-static void place_undo(SlideModel *model, SlideArena *arena) {
-    SlideUndo *undo = &model->undo;
-    const size_t row = model->n_inputs * sizeof(double);
-    undo->end = slide_place(arena, 1, row);
-    slide_history_place_undo(&undo->history, model->n_inputs, arena);
-    undo->given = slide_place(arena, 1, row);
-    undo->rates = slide_place(arena, 1, row);
-    undo->told = slide_place(arena, model->n_inputs, sizeof *undo->told);
-    undo->moved = slide_place(arena, model->n_inputs, 1);
-    undo->forecast = slide_place(arena, model->n_outputs, sizeof(double));
-    undo->revised = slide_place(arena, model->n_outputs, sizeof(double));
-    undo->acting = slide_place(arena, model->parameters.count, sizeof(double));
-    undo->since = slide_place(arena, model->n_phases + 1, sizeof(double));
-    undo->kept_of = slide_place(arena, model->n_phases, sizeof *undo->kept_of);
-    undo->expected = slide_place(arena, model->n_phases, sizeof *undo->expected);
-    undo->start_used = slide_place(arena, 1, sizeof *undo->start_used);
-    undo->seen = slide_place(arena, 1, sizeof *undo->seen);
-    undo->count = slide_place(arena, 3, sizeof *undo->count);
-    undo->open = slide_place(arena, model->most_open, row);
-    undo->kept = slide_place(arena, model->n_kept, sizeof(double));
-    undo->others = slide_place(arena, model->others.capacity > 0 ? model->most_open : 0, row);
-}
-
 void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t steps_per_sample,
                        SlideArena *arena) {
     model->kernel = slide_kernel(0);
@@ -117,7 +94,6 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     model->inputs = slide_place(arena, payload->n_inputs, sizeof(double));
     model->end = slide_place(arena, payload->n_inputs, sizeof(double));
     model->missed = slide_place(arena, payload->n_inputs, sizeof(double));
-    place_undo(model, arena);
     model->corrected = slide_place(arena, payload->n_inputs, sizeof(double));
     model->others_taken = slide_place(arena, model->others.capacity > 0 ? model->n_redone + 1 : 0,
                                       payload->n_inputs * sizeof(double));

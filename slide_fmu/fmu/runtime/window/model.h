@@ -16,8 +16,8 @@
 #endif
 enum { SLIDE_USUAL_PHASES = 10, SLIDE_MOST_PHASES = 20 };
 
-/* Of what networks have seen in a phase of time (seen.h); the arrays follow it in the state. */
-typedef struct SlideSeenHead {
+/* Of what networks have seen in a phase of time (phase.h); the arrays are in the state. */
+typedef struct {
     double end;       /* s of the inner time, the end of the newest sample */
     double since;     /* samples since the parameters changed; infinite: all have the present ones */
     uint64_t used;    /* number of the communication step that needed it last; 0: it is empty */
@@ -29,7 +29,7 @@ typedef struct SlideSeenHead {
     uint64_t expected; /* 1: some inputs were expected to move until its end, else they were held */
     uint64_t kept; /* number of the sample after the newest one, if what acts in some samples is kept for
                       when the phase goes on from it; or 0 */
-} SlideSeenHead;
+} SlidePhaseHead;
 
 typedef struct {
     double offset, scale, factor; /* factor: 1 / scale */
@@ -38,26 +38,6 @@ typedef struct {
 /* Numbers of what acts in the oldest open samples and in the one before them. */
 #define SLIDE_KEPT_SIZE(n_inputs) ((size_t)(SLIDE_SPREAD + 1) * SLIDE_ACTING * (n_inputs))
 
-/* What was before a step, as far as it cannot be found again. */
-typedef struct {
-    double *end;              /* [n_inputs], SlideHistory.end */
-    SlideHistoryUndo history;
-    double *given, *rates;    /* [n_inputs], SlideBeforeStep.given and rates */
-    bool *told;               /* [n_inputs], SlideBeforeStep.told */
-    unsigned char *moved;     /* [n_inputs], SlideBeforeStep.moved */
-    double *forecast;         /* [n_outputs], SlideAhead.forecast */
-    double *revised;          /* [n_outputs], SlideSeen.revised of the phase that went on */
-    double *acting;           /* [parameters.count], SlideState.acting */
-    double *since;            /* [n_phases + 1], SlideSeenHead.since */
-    uint64_t *kept_of, *expected; /* [n_phases], SlideSeenHead.kept and expected */
-    uint64_t *start_used;     /* [1], SlideSeenHead.used of the start */
-    struct SlideSeenHead *seen; /* [1], of the phase that went on; of used 0: none did */
-    uint64_t *count;            /* [3], its samples, its place, and how many phases went on */
-    double *others;             /* [most_open][n_inputs], the same as the companion sees them */
-    double *kept;               /* SlideSeen.kept of it */
-    double *open;               /* [most_open][n_inputs], its open samples, scaled, oldest first */
-} SlideUndo;
-
 typedef struct {
     double step; /* s */
     uint32_t n_inputs, n_outputs;
@@ -65,7 +45,7 @@ typedef struct {
     bool *cosine;       /* [n_inputs]: is it of an angle, with its sine in the next input? */
     uint32_t memory_length; /* newest samples that any result depends on */
     uint32_t n_unsettled;   /* newest samples that following ones may change: of held inputs */
-    size_t n_kept;      /* numbers in SlideSeen.kept */
+    size_t n_kept;      /* numbers in SlidePhase.kept */
     uint32_t most_open;     /* samples that are taken back */
     uint32_t n_redone;      /* samples that a step may take in, and those that results depend on
                                before these */
@@ -87,7 +67,6 @@ typedef struct {
     double *inputs;    /* scratch [n_inputs]: a sample, in physical units */
     double *end;       /* scratch [n_inputs]: what inputs are at the end of the newest step */
     double *missed;    /* scratch [n_inputs]: how much more was expected of the inputs now set */
-    SlideUndo undo;    /* scratch: what a step that fails takes back */
     double *corrected; /* scratch [n_inputs], of a sample, see SlideActing */
     double *moments;   /* scratch [n_redone + 1][SLIDE_MOMENTS][n_inputs], the same, newest
                           first */

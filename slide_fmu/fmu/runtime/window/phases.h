@@ -9,7 +9,7 @@ uint64_t slide_phases_of(const SlideModel *model, double length);
 
 /* What networks have seen goes on to a time (s of the inner one), which may be before the present by
  * two sample steps: the samples up to it are taken in, those that end after the last communication
- * point, or at least so many, as open ones. It is in state->seen[*place]. False when a result is not
+ * point, or at least so many, as open ones. It is in state->phases[*place]. False when a result is not
  * finite; then what was seen in this phase is forgotten, and is taken in anew from the history when it
  * is needed again. */
 bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
@@ -18,15 +18,9 @@ bool slide_phases_reach(const SlideModel *model, SlideState *state, double time,
 /* Is the phase of a time kept, or may it begin with what was before the first step? */
 bool slide_phases_have(const SlideModel *model, SlideState *state, double time);
 
-/* A step begins: what slide_phases_undo needs. */
-void slide_phases_prepare(const SlideModel *model, const SlideState *state);
-
-/* What was before a step that failed, and that the head of the state has again. False when the phase
- * behind the outputs is not what it was: then it is empty. */
-bool slide_phases_undo(const SlideModel *model, SlideState *state);
-
-/* All are empty but what was before the first step. */
-void slide_phases_forget(const SlideModel *model, SlideState *state);
+/* A step failed: the front of the state and what networks have seen are what they were before it. A
+ * phase of which this is not known any more is empty. */
+void slide_phases_undo(const SlideModel *model, SlideState *state);
 
 /* To do the last step again, all samples are taken in anew. */
 void slide_phases_note_nothing(SlideState *state);

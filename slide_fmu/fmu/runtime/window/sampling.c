@@ -151,18 +151,18 @@ void slide_sample(const SlideModel *model, const SlideState *state, uint64_t cou
     form(model, count, spreads);
 }
 
-bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
+bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlidePhase *phase,
                         uint64_t count, uint64_t n_open, double before) {
     if (model->n_unsettled == 0) {
         slide_sample(model, state, count, before);
         return false;
     }
     const size_t n_inputs = model->n_inputs, row = n_inputs * sizeof(double);
-    const bool kept = seen->head->kept == *seen->samples.count && seen->head->kept > 0;
-    read(model, state, count + 1, kept ? count - SLIDE_SPREAD : count + 1, seen->kept, before);
+    const bool kept = phase->head->kept == *phase->samples.count && phase->head->kept > 0;
+    read(model, state, count + 1, kept ? count - SLIDE_SPREAD : count + 1, phase->kept, before);
     const bool keeps = n_open >= SLIDE_SPREAD && n_open <= count;
     for (uint64_t i = 0; keeps && i <= SLIDE_SPREAD; ++i) {
-        double *of = seen->kept + i * SLIDE_ACTING * n_inputs;
+        double *of = phase->kept + i * SLIDE_ACTING * n_inputs;
         const SlideActing acting = acting_at(model, n_open - SLIDE_SPREAD + i);
         memcpy(of, acting.inputs, row);
         memcpy(of + n_inputs, acting.corrected, row);

@@ -15,9 +15,9 @@
 void slide_sample(const SlideModel *model, const SlideState *state, uint64_t count, double before);
 
 /* The same for a phase that goes on: of samples that are open in it and of new ones. Where
- * seen->head->kept tells so, what acts in the oldest of them is kept, since it stays. What acts in the
+ * phase->head->kept tells so, what acts in the oldest of them is kept, since it stays. What acts in the
  * oldest of those that are open then is kept in turn; false when it is not among them. */
-bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlideSeen *seen,
+bool slide_sample_phase(const SlideModel *model, const SlideState *state, SlidePhase *phase,
                         uint64_t count, uint64_t n_open, double before);
 
 /* The newest sample and those that features see before it, with the means of the newest one only. */

@@ -3,48 +3,69 @@
 #include <math.h>
 #include <string.h>
 
+/* What most steps change, but for large parts. */
+static void place_front(SlideState *state, const SlideModel *model, SlideArena *arena) {
+    const size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs;
+    SlideBeforeStep *before = &state->before;
+    state->head = slide_place(arena, 1, sizeof *state->head);
+    const size_t start = arena->used - sizeof *state->head;
+    SlidePhaseHead *heads = slide_place(arena, model->n_phases + 1, sizeof *heads);
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        state->phases[place].head = heads == NULL ? NULL : heads + place;
+    }
+    state->rates = slide_place(arena, n_inputs, sizeof(double));
+    state->told = slide_place(arena, n_inputs, sizeof *state->told);
+    state->acting = slide_place(arena, model->parameters.count, sizeof(double));
+    before->given = slide_place(arena, n_inputs, sizeof(double));
+    before->moved = slide_place(arena, n_inputs, 1);
+    before->rates = slide_place(arena, n_inputs, sizeof(double));
+    before->told = slide_place(arena, n_inputs, sizeof *before->told);
+    state->ahead.forecast = slide_place(arena, n_outputs, sizeof(double));
+    slide_history_place_end(&state->history, &model->history, arena);
+    state->front = arena->used - start;
+}
+
 static void place_before(SlideBeforeStep *before, const SlideModel *model, SlideArena *arena) {
-    size_t row = model->n_inputs * sizeof(double);
-    before->given = slide_place(arena, 1, row);
-    before->moved = slide_place(arena, model->n_inputs, 1);
     slide_forecast_place_state(&before->forecast[0], &model->forecast, model->n_inputs, arena);
     slide_forecast_place_state(&before->forecast[1], &model->forecast, model->n_inputs, arena);
-    before->rates = slide_place(arena, 1, row);
-    before->told = slide_place(arena, model->n_inputs, sizeof *before->told);
     if (slide_is_recurrent(model->predictor.family)) {
         model->predictor.family->place_before(&before->predictor[0], &model->predictor, arena);
         model->predictor.family->place_before(&before->predictor[1], &model->predictor, arena);
     }
 }
 
-static void place_ahead(SlideAhead *ahead, const SlideModel *model, SlideArena *arena) {
-    slide_estimate_place(&ahead->estimate, &model->estimator, arena);
-    slide_bound_place_state(&ahead->bound, &model->bound, arena);
-    ahead->forecast = slide_place(arena, model->n_outputs, sizeof *ahead->forecast);
+static void place_undo(SlideState *state, const SlideModel *model, SlideArena *arena) {
+    const size_t row = model->n_inputs * sizeof(double);
+    SlideUndo *undo = &state->undo;
+    undo->front = slide_place(arena, state->front, 1);
+    slide_history_place_undo(&undo->history, model->n_inputs, arena);
+    undo->revised = slide_place(arena, model->n_outputs, sizeof(double));
+    undo->kept = slide_place(arena, model->n_kept, sizeof(double));
+    undo->open = slide_place(arena, model->most_open, row);
+    undo->others = slide_place(arena, model->others.capacity > 0 ? model->most_open : 0, row);
 }
 
 void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *arena) {
-    size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs, start;
-    state->head = slide_place(arena, 1, sizeof *state->head);
-    start = arena->used - sizeof *state->head;
+    const size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs;
+    place_front(state, model, arena);
+    const size_t start = arena->used - state->front;
     state->inputs = slide_place(arena, n_inputs, sizeof(double));
-    state->rates = slide_place(arena, n_inputs, sizeof(double));
-    state->told = slide_place(arena, n_inputs, sizeof *state->told);
     state->initial = slide_place(arena, n_inputs, sizeof(double));
     state->outputs = slide_place(arena, n_outputs, sizeof(double));
     state->parameters = slide_place(arena, model->parameters.count, sizeof(double));
-    state->acting = slide_place(arena, model->parameters.count, sizeof(double));
     state->tolerances = slide_place(arena, model->bound.n_outputs, sizeof(double));
     place_before(&state->before, model, arena);
     slide_forecast_place_state(&state->forecast, &model->forecast, model->n_inputs, arena);
-    place_ahead(&state->ahead, model, arena);
+    slide_estimate_place(&state->ahead.estimate, &model->estimator, arena);
+    slide_bound_place_state(&state->ahead.bound, &model->bound, arena);
     state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
-    for (size_t phase = 0; phase <= model->n_phases; ++phase) {
-        slide_seen_place(&state->seen[phase], model, arena);
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        slide_phase_place(&state->phases[place], model, arena);
     }
     slide_history_place(&state->history, &model->history, arena);
     state->size = arena->used - start;
     state->before_steps = state->size - slide_history_steps_size(&model->history);
+    place_undo(state, model, arena);
 }
 
 void slide_state_reset(const SlideModel *model, SlideState *state) {
@@ -73,29 +94,32 @@ static size_t place_in(const SlideState *state, const void *part) {
     return (size_t)((const unsigned char *)part - (const unsigned char *)state->head);
 }
 
-/* What was seen, but of an empty one its head only. */
-static void copy_seen(const SlideState *state, const SlideSeen *seen, size_t size,
-                      const unsigned char *from, unsigned char *to) {
-    const size_t place = place_in(state, seen->head);
-    SlideSeenHead head;
-    memcpy(&head, from + place, sizeof head);
-    memcpy(to + place, from + place, head.used > 0 ? size : sizeof head);
+/* A head in a copy of a block, at any alignment. */
+static SlidePhaseHead head_in(const SlideState *state, const SlidePhase *phase,
+                             const unsigned char *block) {
+    SlidePhaseHead head;
+    memcpy(&head, block + place_in(state, phase->head), sizeof head);
+    return head;
 }
 
 void slide_state_copy(const SlideModel *model, const SlideState *state, const void *from,
                       void *to) {
     const unsigned char *block = from;
     unsigned char *target = to;
-    const size_t steps = state->before_steps, size = slide_seen_size(model);
-    const size_t first = place_in(state, state->seen[0].head);
-    const size_t history = place_in(state, state->history.count);
+    const size_t steps = state->before_steps;
+    const size_t first = place_in(state, state->phases[0].samples.count);
+    const size_t moved = place_in(state, state->history.moved);
     uint64_t count;
-    memcpy(&count, block + history, sizeof count);
+    memcpy(&count, block + place_in(state, state->history.count), sizeof count);
     memcpy(target, block, first);
-    for (size_t phase = 0; phase <= model->n_phases; ++phase) {
-        copy_seen(state, &state->seen[phase], size, block, target);
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        const SlidePhase *phase = &state->phases[place];
+        const size_t begin = place_in(state, phase->samples.count);
+        if (head_in(state, phase, block).used > 0) {
+            memcpy(target + begin, block + begin, slide_phase_size(model));
+        }
     }
-    memcpy(target + history, block + history, steps - history);
+    memcpy(target + moved, block + moved, steps - moved);
     slide_history_copy(&model->history, slide_history_needed(&model->history, count, block + steps),
                        block + steps, target + steps);
 }
@@ -109,11 +133,10 @@ static uint64_t counter_in(const SlideState *state, const unsigned char *block, 
     return count;
 }
 
-static bool is_seen_sound(const SlideModel *model, const SlideState *state, const SlideSeen *seen,
+static bool is_phase_sound(const SlideModel *model, const SlideState *state, const SlidePhase *phase,
                           const unsigned char *block) {
-    SlideSeenHead head;
-    memcpy(&head, block + place_in(state, seen->head), sizeof head);
-    const uint64_t count = counter_in(state, block, seen->samples.count);
+    const SlidePhaseHead head = head_in(state, phase, block);
+    const uint64_t count = counter_in(state, block, phase->samples.count);
     return head.used == 0 ||
            (head.n_open <= model->most_open && head.used < LARGEST_COUNT && count < LARGEST_COUNT &&
             count + 1 + model->n_unsettled >= model->samples.capacity);
@@ -131,8 +154,8 @@ bool slide_state_is_sound(const SlideModel *model, const SlideState *state, cons
                  n_steps < LARGEST_COUNT &&
                  (n_steps > 0) == (head.n_steps > 0) &&
                  counter_in(state, block, state->forecast.scored) < LARGEST_COUNT;
-    for (size_t phase = 0; sound && phase <= model->n_phases; ++phase) {
-        sound = is_seen_sound(model, state, &state->seen[phase], block);
+    for (size_t place = 0; sound && place <= model->n_phases; ++place) {
+        sound = is_phase_sound(model, state, &state->phases[place], block);
     }
     return sound;
 }

@@ -4,7 +4,7 @@
 
 #include "clock.h"
 #include "model.h"
-#include "seen.h"
+#include "phase.h"
 
 /* What is known of the inputs before the start; the values of the parameter prehistory_known. */
 typedef enum {
@@ -30,7 +30,7 @@ typedef struct {
                            be interpolated instead */
     uint64_t concluded; /* number of the step whose bound SlideState.ahead has; or 0 */
     uint64_t estimated; /* the same of its estimate */
-    uint64_t now;       /* place of SlideState.seen behind the outputs */
+    uint64_t now;       /* place of SlideState.phases behind the outputs */
     uint64_t before;    /* place in SlideState.before.predictor */
     uint64_t forecast;  /* place in SlideState.before.forecast */
     uint64_t n_looked;  /* samples that the predictor looked at, if it saw all of them anew; else 0 */
@@ -68,10 +68,24 @@ typedef struct {
     SlideEstimate estimate;
     SlideBoundState bound;
     double *forecast; /* [n_outputs], mean squares of what forecasts of the inputs changed in the
-                         outputs lately, relative to their scales; of held inputs SlideSeen.revised */
+                         outputs lately, relative to their scales; of held inputs SlidePhase.revised */
 } SlideAhead;
 
-/* All that changes lies in one flat block, which slide_state_copy saves and restores. */
+/* What was before a step; scratch. */
+typedef struct {
+    void *front;              /* the front of the state's block */
+    SlideHistoryUndo history;
+    uint64_t n_went_on; /* how often a phase went on in the step. Of the last one: */
+    size_t place;       /* in SlideState.phases */
+    bool resumed;       /* did it go on by what it had seen before the step? Else this is lost */
+    uint64_t n_samples; /* that it had seen */
+    double *revised, *kept; /* SlidePhase.revised and kept */
+    double *open, *others;  /* [most_open][n_inputs], its open samples, scaled, oldest first, and as
+                               the companion sees them */
+} SlideUndo;
+
+/* All that changes lies in one flat block, which slide_state_copy saves and restores. It begins with
+ * a front of small parts that most steps change, so that one copy of this undoes them. */
 typedef struct {
     SlideHead *head;
     double *inputs;  /* [n_inputs], as set last */
@@ -87,10 +101,12 @@ typedef struct {
     SlideForecastState forecast;
     SlideAhead ahead;
     double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
-    SlideSeen seen[SLIDE_MOST_PHASES + 1]; /* [n_phases], and one more: what was before the first
+    SlidePhase phases[SLIDE_MOST_PHASES + 1]; /* [n_phases], and one more: what was before the first
                                               step, while all phases may begin with it */
     SlideHistory history;
+    SlideUndo undo;      /* not in the block: what a step that fails takes back */
     size_t size;         /* bytes of the block, which starts at head */
+    size_t front;        /* bytes of its front */
     size_t before_steps; /* bytes of it before the steps of the history, its largest part */
 } SlideState;
 
@@ -119,9 +135,15 @@ static inline bool slide_stream_first_held(const SlideState *state) {
 }
 
 /* What networks have seen for the outputs of now; and that of the time before the first step. */
-static inline SlideSeen *slide_now(SlideState *state) { return &state->seen[state->head->now]; }
-static inline SlideSeen *slide_start(const SlideModel *model, SlideState *state) {
-    return &state->seen[model->n_phases];
+static inline SlidePhase *slide_now(SlideState *state) { return &state->phases[state->head->now]; }
+static inline SlidePhase *slide_start(const SlideModel *model, SlideState *state) {
+    return &state->phases[model->n_phases];
+}
+
+/* A part of the front as it was before the step. */
+static inline void *slide_before_step(const SlideState *state, const void *part) {
+    return (unsigned char *)state->undo.front +
+           ((const unsigned char *)part - (const unsigned char *)state->head);
 }
 
 /* The inputs until now: of the last step, or before the first one. */

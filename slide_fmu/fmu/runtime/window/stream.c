@@ -1,7 +1,7 @@
 #include "stream.h"
 
-#include "between.h"
-#include "missed.h"
+#include "interpolation.h"
+#include "forecast_miss.h"
 #include "phases.h"
 #include "ranges.h"
 #include "sampling.h"
@@ -19,10 +19,10 @@ static const double ROUNDING = 1e-6;
 
 /* The results of what networks have seen, in physical units. */
 static void give(const SlideModel *model, SlideState *state) {
-    const SlideSeen *seen = slide_now(state);
+    const SlidePhase *phase = slide_now(state);
     for (size_t i = 0; i < model->n_outputs; ++i) {
         const SlideScaling *scaling = &model->output_scaling[i];
-        state->outputs[i] = seen->given[i] * scaling->scale + scaling->offset;
+        state->outputs[i] = phase->given[i] * scaling->scale + scaling->offset;
     }
     state->head->current = 1;
 }
@@ -35,8 +35,8 @@ static void accept_parameters(const SlideModel *model, SlideState *state) {
         return;
     }
     memcpy(state->acting, state->parameters, row);
-    for (size_t phase = 0; phase <= model->n_phases; ++phase) {
-        state->seen[phase].head->since = 0;
+    for (size_t place = 0; place <= model->n_phases; ++place) {
+        state->phases[place].head->since = 0;
     }
     slide_start(model, state)->head->used = 0; /* it knows former ones only */
 }
@@ -44,7 +44,7 @@ static void accept_parameters(const SlideModel *model, SlideState *state) {
 /* What was before the first step, and the sample that the inputs that were set are: an open one, where
  * it is not known when the next comes. */
 static bool see_start(const SlideModel *model, SlideState *state) {
-    SlideSeen *start = slide_start(model, state);
+    SlidePhase *start = slide_start(model, state);
     const double prehistory = state->head->prehistory;
     const bool forecasts = slide_stream_forecasts(model, state);
     const bool first_is_held = prehistory == SLIDE_FIRST_HELD && !forecasts;
@@ -53,38 +53,38 @@ static bool see_start(const SlideModel *model, SlideState *state) {
     SlideSample rest = {model->taken, model->taken, false};
     uint64_t n_open = n_changed;
     bool done = true;
-    slide_seen_clear(model, start, NULL); /* a run before this one may have left something */
+    slide_phase_clear(model, start, NULL); /* a run before this one may have left something */
     if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
         slide_sampling_recall(model, state);
         slide_sample(model, state, model->memory_length, 0);
         *state->history.count = 0;
-        slide_seen_restart(model, start, slide_sample_taken(model, model->memory_length - 1));
+        slide_phase_restart(model, start, slide_sample_taken(model, model->memory_length - 1));
         for (uint64_t left = model->memory_length; done && left-- > 0;) {
             if (left + 1 == n_changed) {
-                slide_seen_open(model, start);
+                slide_phase_open(model, start);
             }
-            done = slide_seen_take(model, start, slide_sample_taken(model, left), left == 0);
+            done = slide_phase_take(model, start, slide_sample_taken(model, left), left == 0);
         }
     } else {
         slide_sampling_scale(model, slide_stream_prehistory(model, state), model->taken);
         rest.strays = !slide_in_range(model->taken, model->n_inputs, model->cosine);
-        slide_seen_restart(model, start, rest);
-        done = slide_seen_settle(model, start, rest, n_changed + (first_is_held ? 1 : 0));
-        slide_seen_number_back(model, start, n_changed + (first_is_held ? 1 : 0));
+        slide_phase_restart(model, start, rest);
+        done = slide_phase_settle(model, start, rest, n_changed + (first_is_held ? 1 : 0));
+        slide_phase_number_back(model, start, n_changed + (first_is_held ? 1 : 0));
         for (uint64_t left = n_changed; done && left-- > 0;) {
             if (left + 1 == n_changed) {
-                slide_seen_open(model, start);
+                slide_phase_open(model, start);
             }
-            done = slide_seen_take(model, start, rest, left == 0);
+            done = slide_phase_take(model, start, rest, left == 0);
         }
     }
     if (done && (first_is_held || reaches)) {
         slide_sampling_scale(model, state->inputs, model->taken);
         rest.strays = !slide_in_range(model->taken, model->n_inputs, model->cosine);
         if (n_open == 0) {
-            slide_seen_open(model, start);
+            slide_phase_open(model, start);
         }
-        done = slide_seen_take(model, start, rest, true);
+        done = slide_phase_take(model, start, rest, true);
         n_open += 1;
     }
     start->head->n_open = n_open;
@@ -138,7 +138,7 @@ static void tell_moving(const SlideModel *model, SlideState *state) {
     const bool known = state->head->known != 0;
     for (size_t i = 0; i < model->n_inputs; ++i) {
         const bool may = model->history.first_order || (!known && !model->cosine[i]);
-        moved[i] = may && slide_forecast_moves(&model->forecast, &state->forecast, i)
+        moved[i] = may && state->forecast.moves[i]
                        ? SLIDE_MOVED
                        : SLIDE_HELD;
         if (before[i] != SLIDE_TOLD && (before[i] != SLIDE_HELD || !rested(model, state, i))) {
@@ -254,7 +254,7 @@ static void begin(const SlideModel *model, SlideState *state, double length) {
     head->last_length = length;
     slide_clock_advance(&head->inner, slide_clock_time(&head->inner), length);
     head->credit = fmin(head->credit + 1.0 / model->predictor.n_samples, SLIDE_MOST_CREDIT);
-    head->between = slide_between_serves(model, state);
+    head->between = slide_interpolation_serves(model, state);
     memcpy(state->before.given, state->inputs, row);
     head->moved = head->moving;
     if (head->moving) {
@@ -301,11 +301,11 @@ static bool reach(const SlideModel *model, SlideState *state) {
     size_t place = 0;
     bool done =
         state->head->between
-            ? slide_between_reach(model, state, &place, model->candidate)
+            ? slide_interpolation_reach(model, state, &place, model->candidate)
             : slide_phases_reach(model, state, slide_clock_time(&state->head->inner), 0, &place);
     state->head->now = place;
     if (done && !state->head->between && state->head->n_phases > 1) {
-        done = slide_missed_surprise(model, state);
+        done = slide_forecast_miss_surprise(model, state);
     }
     if (model->n_unsettled > 0) {
         memcpy(state->ahead.forecast, slide_now(state)->revised,
@@ -352,8 +352,8 @@ static void tell_later(const SlideModel *model, SlideState *state) {
         }
     }
     for (size_t place = 0; told && place < model->n_phases; ++place) {
-        state->seen[place].head->kept = 0;
-        state->seen[place].head->expected = 1;
+        state->phases[place].head->kept = 0;
+        state->phases[place].head->expected = 1;
     }
 }
 
@@ -375,64 +375,41 @@ static bool finish(const SlideModel *model, SlideState *state) {
 
 /* What undoes a step that fails. */
 static void prepare(const SlideModel *model, SlideState *state) {
-    const SlideUndo *undo = &model->undo;
-    const size_t row = model->n_inputs * sizeof(double);
-    memcpy(undo->end, state->history.end, row);
-    slide_history_prepare(&model->history, &state->history, &undo->history);
-    memcpy(undo->given, state->before.given, row);
-    memcpy(undo->rates, state->before.rates, row);
-    memcpy(undo->told, state->before.told, model->n_inputs * sizeof *undo->told);
-    memcpy(undo->forecast, state->ahead.forecast, model->n_outputs * sizeof(double));
-    memcpy(undo->moved, state->before.moved, model->n_inputs);
-    memcpy(undo->acting, state->acting, model->parameters.count * sizeof(double));
-    slide_phases_prepare(model, state);
+    memcpy(state->undo.front, state->head, state->front);
+    slide_history_prepare(&model->history, &state->history, &state->undo.history);
+    state->undo.n_went_on = 0;
 }
 
 /* Back to before a step that failed. */
-static void undo(const SlideModel *model, SlideState *state, const SlideHead *head) {
-    const size_t row = model->n_inputs * sizeof(double);
-    if (head->moving) {
-        memcpy(state->rates, state->before.rates, row);
-        memcpy(state->told, state->before.told, model->n_inputs * sizeof *state->told);
-    }
-    memcpy(state->before.given, model->undo.given, row);
-    memcpy(state->before.rates, model->undo.rates, row);
-    memcpy(state->before.told, model->undo.told, model->n_inputs * sizeof *state->told);
+static void undo(const SlideModel *model, SlideState *state) {
     slide_forecast_copy(&state->before.forecast[state->head->forecast], &state->forecast);
-    *state->head = *head;
-    if (head->n_steps == 0) {
-        *state->history.count = 0;
-        state->head->current = 0;
-        slide_phases_forget(model, state);
-        return;
-    }
-    slide_history_undo(&model->history, &model->undo.history, &state->history);
-    memcpy(state->history.end, model->undo.end, row);
-    memcpy(state->before.moved, model->undo.moved, model->n_inputs);
-    memcpy(state->acting, model->undo.acting, model->parameters.count * sizeof(double));
+    slide_phases_undo(model, state);
+    slide_history_undo(&model->history, &state->undo.history, &state->history);
     slide_model_form(model, state->acting);
-    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
-    if (!slide_phases_undo(model, state)) { /* else all is found again */
+    if (slide_stream_fresh(state)) {
+        state->head->current = 0;
+    } else if (slide_now(state)->head->used == 0) { /* it is found again */
+        const double credit = state->head->credit;
+        const double *forecast = slide_before_step(state, state->ahead.forecast);
         state->head->n_steps -= 1;
         reach(model, state);
         state->head->n_steps += 1;
         slide_phases_note_nothing(state);
-        state->head->credit = head->credit;
+        memcpy(state->ahead.forecast, forecast, model->n_outputs * sizeof(double));
+        state->head->credit = credit;
         state->head->concluded = state->head->estimated = 0;
     }
-    memcpy(state->ahead.forecast, model->undo.forecast, model->n_outputs * sizeof(double));
 }
 
 bool slide_stream_step(const SlideModel *model, SlideState *state, double length) {
     if (slide_stream_fresh(state) && !slide_stream_hold(model, state)) {
         return false;
     }
-    const SlideHead head = *state->head;
     prepare(model, state);
     accept_parameters(model, state);
     begin(model, state, length);
     if (!finish(model, state)) {
-        undo(model, state, &head);
+        undo(model, state);
         return false;
     }
     return true;
@@ -456,54 +433,54 @@ double slide_stream_filled(const SlideModel *model, const SlideState *state) {
 }
 
 bool slide_stream_in_range(const SlideModel *model, SlideState *state) {
-    const SlideSeen *seen = slide_now(state);
-    const uint64_t behind = *seen->samples.count - seen->head->strayed;
+    const SlidePhase *phase = slide_now(state);
+    const uint64_t behind = *phase->samples.count - phase->head->strayed;
     const uint64_t memory = model->predictor.memory_length;
     const double since = slide_clock_time(&state->head->inner) - state->head->outside;
-    return (seen->head->strayed == 0 || behind >= memory) && since >= memory * model->step;
+    return (phase->head->strayed == 0 || behind >= memory) && since >= memory * model->step;
 }
 
 bool slide_stream_doubtful(const SlideModel *model, const SlideState *state) {
     const double since = slide_clock_time(&state->head->inner) - state->head->doubt;
     const bool open = !model->history.first_order && state->head->known == 0 &&
-                      slide_forecast_begins_to_change(&model->forecast, &state->forecast, model->n_inputs);
+                      slide_forecast_begins_to_change(&state->forecast, model->n_inputs);
     return open || since < model->predictor.memory_length * model->step;
 }
 
 const float *slide_stream_block(const SlideModel *model, SlideState *state) {
-    const SlideSeen *seen = slide_now(state);
-    return model->predictor.family->block(&model->predictor, model->kernel, &seen->predictor,
-                                          *seen->samples.count - 1);
+    const SlidePhase *phase = slide_now(state);
+    return model->predictor.family->block(&model->predictor, model->kernel, &phase->predictor,
+                                          *phase->samples.count - 1);
 }
 
-/* What is found before the open samples stays when they are taken back: else each step would have to
+/* What is estimate before the open samples stays when they are taken back: else each step would have to
  * find all of it again. */
 const SlideEstimate *slide_stream_estimate(const SlideModel *model, SlideState *state) {
-    SlideSeen *seen = slide_now(state);
-    const uint64_t n_known = slide_seen_n_known(model, seen), count = *seen->samples.count;
-    SlideEstimate *ahead = &state->ahead.estimate, *found = count > n_known + 1 ? ahead : &seen->estimate;
+    SlidePhase *phase = slide_now(state);
+    const uint64_t n_known = slide_phase_n_known(model, phase), count = *phase->samples.count;
+    SlideEstimate *ahead = &state->ahead.estimate, *estimate = count > n_known + 1 ? ahead : &phase->estimate;
     if (state->head->estimated == state->head->n_steps + 1) {
-        return found;
+        return estimate;
     }
-    slide_estimate_form(&model->estimator, model->kernel, &model->samples, &seen->samples, n_known,
-                        found == ahead ? n_known : count, &seen->estimate);
-    if (found == ahead) {
-        memcpy(ahead->known, seen->estimate.known, ahead->evaluated);
-        slide_estimate_form(&model->estimator, model->kernel, &model->samples, &seen->samples,
+    slide_estimate_form(&model->estimator, model->kernel, &model->samples, &phase->samples, n_known,
+                        estimate == ahead ? n_known : count, &phase->estimate);
+    if (estimate == ahead) {
+        memcpy(ahead->known, phase->estimate.known, ahead->evaluated);
+        slide_estimate_form(&model->estimator, model->kernel, &model->samples, &phase->samples,
                             count, count, ahead);
     }
     state->head->estimated = state->head->n_steps + 1;
-    return found;
+    return estimate;
 }
 
 /* At least until sample 0: a phase that ends before it has what was before the start, and in the place
  * of sample 0 that which the start has there. */
-static void bound_until(const SlideModel *model, const SlideSeen *seen, uint64_t count,
+static void bound_until(const SlideModel *model, const SlidePhase *phase, uint64_t count,
                         SlideBoundState *bound) {
     const uint64_t least = model->samples.capacity;
     const bool apart = model->others.capacity > 0;
     slide_bound_catch_up(&model->bound, model->kernel, &model->samples,
-                         apart ? &seen->others : &seen->samples, count > least ? count : least,
+                         apart ? &phase->others : &phase->samples, count > least ? count : least,
                          bound);
 }
 
@@ -518,41 +495,41 @@ static void conclude(const SlideModel *model, SlideState *state, SlideBoundState
 }
 
 const SlideBoundState *slide_stream_bound(const SlideModel *model, SlideState *state) {
-    SlideSeen *seen = slide_now(state);
+    SlidePhase *phase = slide_now(state);
     SlideBoundState *ahead = &state->ahead.bound;
     if (state->head->concluded == state->head->n_steps + 1) {
         return ahead;
     }
-    bound_until(model, seen, slide_seen_n_known(model, seen), &seen->bound);
-    if (seen->head->n_open == 0) {
-        conclude(model, state, &seen->bound);
-        return &seen->bound;
+    bound_until(model, phase, slide_phase_n_known(model, phase), &phase->bound);
+    if (phase->head->n_open == 0) {
+        conclude(model, state, &phase->bound);
+        return &phase->bound;
     }
     float *predicted = ahead->predicted;
-    memcpy(ahead->known, seen->bound.known, ahead->evaluated);
-    ahead->predicted = seen->bound.predicted;
-    bound_until(model, seen, *seen->samples.count, ahead);
+    memcpy(ahead->known, phase->bound.known, ahead->evaluated);
+    ahead->predicted = phase->bound.predicted;
+    bound_until(model, phase, *phase->samples.count, ahead);
     ahead->predicted = predicted;
     conclude(model, state, ahead);
-    slide_bound_take_back(&model->bound, &seen->bound, *seen->samples.count);
+    slide_bound_take_back(&model->bound, &phase->bound, *phase->samples.count);
     state->head->concluded = state->head->n_steps + 1;
     return ahead;
 }
 
 /* Is this one of the phases behind the outputs of now? */
-static bool is_behind(const SlideState *state, const SlideSeen *seen) {
-    return state->head->n_steps > 0 && seen->head->used == state->head->n_steps;
+static bool is_behind(const SlideState *state, const SlidePhase *phase) {
+    return state->head->n_steps > 0 && phase->head->used == state->head->n_steps;
 }
 
 double slide_stream_novelty(const SlideModel *model, SlideState *state) {
     double largest = *slide_stream_bound(model, state)->novelty;
     for (size_t i = 0; i < model->n_phases && state->head->between; ++i) {
-        SlideSeen *seen = &state->seen[i];
-        const uint64_t n_known = *seen->samples.count - seen->head->n_open;
+        SlidePhase *phase = &state->phases[i];
+        const uint64_t n_known = *phase->samples.count - phase->head->n_open;
         const bool has_any = n_known >= model->samples.capacity; /* samples with numbers */
-        if (i != state->head->now && is_behind(state, seen) && has_any) {
-            bound_until(model, seen, n_known, &seen->bound);
-            largest = fmax(largest, slide_bound_novelty(&model->bound, &seen->bound));
+        if (i != state->head->now && is_behind(state, phase) && has_any) {
+            bound_until(model, phase, n_known, &phase->bound);
+            largest = fmax(largest, slide_bound_novelty(&model->bound, &phase->bound));
         }
     }
     return largest;

@@ -1,6 +1,6 @@
-#include "between.h"
+#include "interpolation.h"
 
-#include "missed.h"
+#include "forecast_miss.h"
 #include "phases.h"
 #include "sampling.h"
 
@@ -12,7 +12,7 @@ enum {
     N_GRID = 5   /* phases in a sample step, of which these are some */
 };
 
-bool slide_between_serves(const SlideModel *model, SlideState *state) {
+bool slide_interpolation_serves(const SlideModel *model, SlideState *state) {
     const SlideHead *head = state->head;
     if (model->n_phases < N_GRID || !slide_is_recurrent(model->predictor.family)) {
         return false;
@@ -52,8 +52,8 @@ static void go_beyond(const SlideModel *model, SlideState *state, double later) 
             const double slope_before = (begin - before[1 + i]) / before[0];
             slope += (slope - slope_before) / (length + before[0]) * (length + later);
         }
-        const double found = end + later * slope;
-        state->history.end[i] = fmax(fmin(found, fmax(end, forecast->high[i])),
+        const double value = end + later * slope;
+        state->history.end[i] = fmax(fmin(value, fmax(end, forecast->high[i])),
                                      fmin(end, forecast->low[i]));
     }
     newest[0] += later;
@@ -81,7 +81,7 @@ static bool reach_held(const SlideModel *model, SlideState *state, size_t *place
         size_t node;
         done = slide_phases_reach(model, state, (first - 1 + (double)i) * spacing, 0, &node);
         for (size_t j = 0; done && j < model->n_outputs; ++j) {
-            outputs[j] += weights[i] * state->seen[node].given[j];
+            outputs[j] += weights[i] * state->phases[node].given[j];
         }
         *place = i < 3 ? node : *place; /* its bound knows what held inputs do now */
     }
@@ -108,19 +108,19 @@ static bool reach_moving(const SlideModel *model, SlideState *state, size_t *pla
         if (!slide_phases_reach(model, state, time, 0, &node)) {
             return false;
         }
-        nodes[i] = &state->seen[node].predictor;
+        nodes[i] = &state->phases[node].predictor;
     }
     model->predictor.family->blend(&model->predictor, nodes, weights, N_NODES, &between);
     slide_sample_newest(model, state);
-    if (!slide_missed_outputs(model, &between, outputs) ||
-        (state->head->known == 0 && !slide_missed_judge(model, state, &between, outputs))) {
+    if (!slide_forecast_miss_outputs(model, &between, outputs) ||
+        (state->head->known == 0 && !slide_forecast_miss_judge(model, state, &between, outputs))) {
         return false;
     }
     /* what the bound says of it: the phase that ends last, taken back where the phase is a node again */
     return slide_phases_reach(model, state, first * spacing + model->step, 1, place);
 }
 
-bool slide_between_reach(const SlideModel *model, SlideState *state, size_t *place,
+bool slide_interpolation_reach(const SlideModel *model, SlideState *state, size_t *place,
                          double *outputs) {
     slide_sample_newest(model, state);
     if (model->strays[0]) {

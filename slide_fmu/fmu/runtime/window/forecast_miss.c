@@ -1,11 +1,11 @@
-#include "missed.h"
+#include "forecast_miss.h"
 
 #include "phases.h"
 #include "sampling.h"
 
 #include <math.h>
 
-bool slide_missed_outputs(const SlideModel *model, SlideNetworkState *state, double *outputs) {
+bool slide_forecast_miss_outputs(const SlideModel *model, SlideNetworkState *state, double *outputs) {
     const SlideNetwork *network = &model->predictor;
     if (!slide_network_see(network, state, 0, model->taken, model->taken + model->n_inputs)) {
         return false;
@@ -19,12 +19,12 @@ bool slide_missed_outputs(const SlideModel *model, SlideNetworkState *state, dou
     return finite;
 }
 
-bool slide_missed_judge(const SlideModel *model, SlideState *state, SlideNetworkState *before,
+bool slide_forecast_miss_judge(const SlideModel *model, SlideState *state, SlideNetworkState *before,
                         const double *outputs) {
     for (size_t i = 0; i < model->n_inputs; ++i) {
         model->taken[i] += model->missed[i] * model->input_scaling[i].factor;
     }
-    if (!slide_missed_outputs(model, before, model->missing)) {
+    if (!slide_forecast_miss_outputs(model, before, model->missing)) {
         return false;
     }
     for (size_t i = 0; i < model->n_outputs; ++i) {
@@ -33,16 +33,16 @@ bool slide_missed_judge(const SlideModel *model, SlideState *state, SlideNetwork
     return true;
 }
 
-bool slide_missed_surprise(const SlideModel *model, SlideState *state) {
-    SlideSeen *seen = slide_now(state);
-    if (model->n_unsettled > 0 || state->head->known != 0 || seen->head->n_open != 1 ||
+bool slide_forecast_miss_surprise(const SlideModel *model, SlideState *state) {
+    SlidePhase *phase = slide_now(state);
+    if (model->n_unsettled > 0 || state->head->known != 0 || phase->head->n_open != 1 ||
         !slide_is_recurrent(model->predictor.family) ||
         !slide_forecast_surprised(&model->forecast, &model->history, &state->forecast)) {
         return true;
     }
     slide_sample_newest(model, state);
     for (size_t i = 0; i < model->n_outputs; ++i) {
-        model->candidate[i] = seen->given[i];
+        model->candidate[i] = phase->given[i];
     }
-    return slide_missed_judge(model, state, &seen->known, model->candidate);
+    return slide_forecast_miss_judge(model, state, &phase->known, model->candidate);
 }

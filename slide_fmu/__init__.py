@@ -15,8 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from slide_fmu.cli.learning import learn
-    from slide_fmu.cli.python_calls import RunResult, export, run, validate
+    from slide_fmu.cli.python_calls import RunResult, export, learn, run, validate
     from slide_fmu.core.parameters import Parameter
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
@@ -107,8 +106,7 @@ _HOMES = {
     "slide_fmu.cosim.simulate": ("simulate",),
     "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
-    "slide_fmu.cli.learning": ("learn",),
-    "slide_fmu.cli.python_calls": ("RunResult", "export", "run", "validate"),
+    "slide_fmu.cli.python_calls": ("RunResult", "export", "learn", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),
     "slide_fmu.recipe.recipe": ("Recipe", "RecipeError"),
     "slide_fmu.surrogate.gradient": ("gradient", "jacobian", "parameter_jacobian"),

@@ -1,8 +1,8 @@
 """This room has what users call: the console script ``slide-fmu``, and the same in Python.
 
 ``recipe_commands`` and ``fmu_commands`` have one function for each subcommand of the way; ``app``
-lists them. ``python_calls`` and ``learning`` have the public functions that do the same. Nothing
-here computes anything or writes a file, except for the figures of ``--json``.
+lists them. ``python_calls`` has the public functions that do the same. Nothing here computes
+anything or writes a file, except for figures as JSON.
 """
 
 import sys

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Annotated, Any
 
@@ -13,7 +13,6 @@ import typer
 from typer.core import TyperGroup
 
 from slide_fmu import __version__
-from slide_fmu.cli.completion import quick_completion
 from slide_fmu.cli.console import (
     INTERRUPTED,
     KILLED,
@@ -124,3 +123,20 @@ def _killed_as_interrupted() -> Iterator[None]:
         if killed and ended.code == INTERRUPTED:
             raise SystemExit(KILLED) from None
         raise
+
+
+def quick_completion() -> None:
+    """Let completions show help texts unchanged.
+
+    The texts of this package have no markup. Typer would look for markup with the Markdown parser
+    of rich, whose import takes as long as the rest of a completion. A version of typer without
+    this function completes correctly, only more slowly.
+    """
+    with suppress(ImportError):
+        from typer import _completion_classes
+
+        _completion_classes._sanitize_help_text = _as_it_is
+
+
+def _as_it_is(text: str) -> str:
+    return text

@@ -15,7 +15,8 @@ from slide_fmu.core.extras import how_to_install, missing_extra
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import reason_of, write_whole, writing
 from slide_fmu.core.progress import Stages
-from slide_fmu.report.display import Messages, messages, shown
+from slide_fmu.report.progress_display import Messages, messages, progress_on
+from slide_fmu.report.table import ReportTable
 
 TRACEBACK = "SLIDE_FMU_TRACEBACK"
 """Environment variable; if set, errors show a traceback."""
@@ -78,6 +79,13 @@ def figures_console() -> Messages:
     return Messages(file=sys.stdout, markup=False, highlight=False)
 
 
+def show_table(table: ReportTable) -> None:
+    """Print a table with its title, if it has one."""
+    from slide_fmu.report.console import print_table
+
+    print_table(table, console)
+
+
 def show_remark(remark: str | None) -> None:
     """Print what the user should know about a result, if there is anything."""
     if remark is not None:
@@ -90,7 +98,7 @@ def progress_bars(stopped: str = STOPPED) -> Iterator[Stages]:
 
     ``stopped`` is as for ``errors``.
     """
-    with errors(stopped), _quiet_output(), shown(console) as stages:
+    with errors(stopped), _quiet_output(), progress_on(console) as stages:
         yield stages
 
 

@@ -17,9 +17,9 @@ from slide_fmu.cli.console import (
     figures_console,
     progress_bars,
     show_remark,
+    show_table,
     write_json,
 )
-from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import (
     DataSeedOption,
     FmuArgument,

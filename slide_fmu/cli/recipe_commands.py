@@ -6,8 +6,6 @@ called. So exporting an FMU does not wait for imports that train networks or dra
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from shlex import quote
 from typing import Annotated, Literal
@@ -24,12 +22,6 @@ from slide_fmu.cli.console import (
     show_remark,
     write_json,
 )
-from slide_fmu.cli.findings import (
-    show_draft,
-    show_found,
-    show_sizing,
-    show_trial,
-)
 from slide_fmu.cli.options import (
     DataSeedOption,
     ExecutorOption,
@@ -41,6 +33,12 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
     WorkersOption,
+)
+from slide_fmu.cli.stage_results import (
+    show_draft,
+    show_resolved,
+    show_sizing,
+    show_trial,
 )
 from slide_fmu.core.extras import how_to_install, missing_for_training, require_training
 from slide_fmu.validation.task import UNSEEN_SEED
@@ -152,63 +150,35 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
     """Write a first recipe for your own model, and list what was found and assumed."""
-    from slide_fmu.core.files import write_whole
-    from slide_fmu.propose.draft_signals import parse_range, proposed_name, require_models
-    from slide_fmu.propose.proposal import InitOptions, propose, propose_unsimulated
-    from slide_fmu.propose.template import write_template
+    from slide_fmu.propose.draft_signals import parse_range, proposed_name
+    from slide_fmu.propose.first_recipe import write_first_recipe
+    from slide_fmu.propose.proposal import InitOptions
 
     with progress_bars() as bar:
-        require_models(models)
         place = output or Path(f"{proposed_name(models[0], name)}.toml")
-        _require_other(place, [*models, *([str(chain)] if chain is not None else [])])
-        if not force:
-            _require_free(place)  # before the model is simulated
-        chosen = parse_range(inputs or []), tuple(outputs or ())
         folder = output.parent if output is not None else Path()
-        further = tuple(models[1:])
         options = InitOptions(
-            models[0], *chosen, kind, step, name, folder, chain, hold, fmu_step, further, time,
-            tuple(loops or ()), jumps,
-        )  # fmt: skip
-        proposal = propose_unsimulated(options)
-        if proposal is None:
-            written = write_template(_only(models, time), kind)
-            if written is not None:
-                console.print(f"model   {written}")
-            options = replace(options, model=written or options.model)
-            proposal = propose(options, bar("motions"))
-        write_whole(place, proposal.text.encode("utf-8"))
+            model=models[0],
+            inputs=parse_range(inputs or []),
+            outputs=tuple(outputs or ()),
+            kind=kind,
+            step=step,
+            name=name,
+            folder=folder,
+            chain=chain,
+            hold=hold,
+            fmu_step=fmu_step,
+            further=tuple(models[1:]),
+            time=time,
+            loops=tuple(loops or ()),
+            jumps=jumps,
+        )
+        proposal = write_first_recipe(options, place, force, bar, console.print)
     show_draft(proposal)
     console.print(f"recipe  {place}")
     if missing_for_training() is not None:
         console.print(f"install {how_to_install('train')}: try and run need it")
     console.print(f"next    slide-fmu try {quote(str(place))}")
-
-
-def _only(models: list[str], time: str | None) -> str:
-    """Return the only model; only records may be several, and have times."""
-    if len(models) > 1 or time is not None:
-        raise ValueError(
-            f"models {models}, --time {time}; expected one model without --time, or records "
-            "(.csv, .parquet, .h5, .mat) alone"
-        )
-    return models[0]
-
-
-def _require_other(place: Path, sources: Sequence[str]) -> None:
-    """Refuse to write the recipe in the place of a file that it is made from."""
-    for source in sources:
-        for name in (source, source.rpartition(":")[0]):
-            if name and Path(name).resolve() == place.resolve():
-                raise ValueError(
-                    f"-o {str(place)!r} is the model's own file; expected another one for the "
-                    "recipe, such as NAME.toml; nothing was written"
-                )
-
-
-def _require_free(place: Path) -> None:
-    if place.exists():
-        raise ValueError(f"{place} exists already; choose another with -o, or add --force")
 
 
 def try_(
@@ -255,7 +225,7 @@ def run(
 
     with progress_bars(WITHOUT_OVERWRITE if overwrite else GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
-        show_found(job.resolved)
+        show_resolved(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     figures = finished.figures
     print_curve(figures.learning_curve, console)
@@ -286,7 +256,7 @@ def window(
 
     with progress_bars() as bar:
         job = open_job(recipe, runs, bar, tell=console.print)
-        show_found(job.resolved)
+        show_resolved(job.resolved)
         sizing = size_recipe(checked(job), seed)
         coarse_or_wasted = remark_on_step(job.case)
     figures = sizing.figures()

@@ -21,8 +21,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report, Verdict
 from slide_fmu.report.run_figures import released_figures
-from slide_fmu.report.verdict import verdict
-from slide_fmu.report.verdict_facts import facts_of
+from slide_fmu.report.verdict import facts_of, verdict
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from slide_fmu.core.signals import Hold
-from slide_fmu.core.web.charts import HeatMap
+import numpy as np
+
+from slide_fmu.core.measures import TINY, percent, rms
+from slide_fmu.core.readable import ratio_text
+from slide_fmu.core.signals import FloatArray, Hold
+from slide_fmu.core.web.charts import Chart, HeatMap
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
@@ -25,16 +29,35 @@ from slide_fmu.report.row_tables import (
 )
 from slide_fmu.report.speed import speed_section
 from slide_fmu.report.step_chart import TITLE, TWO_LINES, has_model, step_charts
-from slide_fmu.report.trajectory_charts import close_ups, phase_charts, trajectory_charts
+from slide_fmu.report.trajectory_charts import (
+    NOT_TRUSTED,
+    close_ups,
+    error_panel,
+    inputs_panel,
+    name_of_motion,
+    outputs_panel,
+    outside_parts,
+    phase_charts,
+    trajectory_charts,
+)
 from slide_fmu.report.trust_sections import bound_sections, estimate_section
-from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
+from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import ResponseFigures
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import Row
+from slide_fmu.validation.worst_steps import WorstStep, error_over_bound, worst_steps
+
+WINDOWS = 3
+"""Number of worst windows that are drawn."""
+
+MOST_BEFORE = 400
+"""A window is drawn with no more samples than these before its worst one."""
+
+FEWEST_BEFORE = 20
 
 CLOSE_UP = "Each output around its largest error, with {bound}the inputs that led there."
 
@@ -160,3 +183,62 @@ def response_section(
 def about_parameters(recipe: Recipe) -> str:
     """Say for which values of the physical parameters the errors in their table were measured."""
     return f"{rules_of(recipe).words.parameters} Relative RMSE is the largest of the outputs."
+
+
+def worst_section(validation: Validation) -> ReportSection | None:
+    """Return the section on the worst windows; None where no sample counts."""
+    bounded = bool(validation.trusted)
+    scale = "their bounds" if bounded else "the RMS of the reference about its mean"
+    found = _worst(validation)
+    if not found:
+        return None
+    text = (
+        f"These are the samples whose errors are largest relative to {scale}, one of each "
+        "trajectory at most where there are enough of them, with the inputs that the surrogate "
+        "saw before."
+    )
+    charts = [_chart(validation, step, bounded) for step in found]
+    return ReportSection("The worst windows", text, charts=charts)
+
+
+def _worst(validation: Validation) -> list[WorstStep]:
+    before = _before(validation)
+    if validation.trusted:
+        return worst_steps(validation.trusted, WINDOWS, before, error_over_bound)
+    scale = rms(np.concatenate([c.reference - validation.mean for c in validation.comparisons]))
+
+    def ratio(comparison: Comparison) -> FloatArray:
+        return np.asarray(np.abs(comparison.error) / np.maximum(scale, TINY))
+
+    return worst_steps(validation.comparisons, WINDOWS, before, ratio)
+
+
+def _before(validation: Validation) -> int:
+    """Return how many samples are drawn before a worst one: the memory of the surrogate."""
+    memory = validation.surrogate.network.memory_length
+    return min(max(memory, FEWEST_BEFORE), MOST_BEFORE)
+
+
+def _chart(validation: Validation, step: WorstStep, bounded: bool) -> Chart:
+    comparison, before = step.comparison, _before(validation)
+    first = max(0, step.sample - before)
+    part = slice(first, step.sample + before // 4 + 1)
+    signal = validation.surrogate.outputs[step.output]
+    kind = name_of_motion(validation, comparison)
+    size = (
+        f"{ratio_text(step.ratio)} times its bound"
+        if bounded
+        else f"{percent(step.ratio)} of the RMS"
+    )
+    return Chart(
+        f"{signal.name} has an error of {size}",
+        [
+            inputs_panel(validation, comparison.time[part], comparison.inputs[part]),
+            outputs_panel(validation, comparison, part, step.output),
+            error_panel(validation, comparison, part, step.output),
+        ],
+        text=f"{kind}, at {comparison.time[step.sample]:.6g} s",
+        parts=outside_parts(comparison, part),
+        marks=[float(comparison.time[step.sample])],
+        shaded=NOT_TRUSTED,
+    )

@@ -21,7 +21,7 @@ from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.row_tables import kind_table
 from slide_fmu.report.table import ENDLESS, ReportTable
 from slide_fmu.report.verdict import verdict
-from slide_fmu.surrogate.description import LABEL
+from slide_fmu.surrogate.description import LABEL, SIGNAL_COLUMNS
 from slide_fmu.validation.error_figures import OutputFigures
 from slide_fmu.validation.row import Row
 
@@ -112,8 +112,7 @@ def print_description(described: FmuDescription, console: Console) -> None:
     else:
         print_rows(measured.rows, console)
         print_noise(measured.in_range.outputs, console)
-    heading = "signal", "range", "acts", "meaning"
-    print_table(ReportTable.of(heading, surrogate.signal_rows()), console)
+    print_table(ReportTable.of(SIGNAL_COLUMNS, surrogate.signal_rows()), console)
     for label, text in (*surrogate.lines(), *_origin_lines(described)):
         console.print(f"{label:{LABEL}}{text}")
 

@@ -29,6 +29,9 @@ ACTS: dict[Hold, str] = {
 }
 """How inputs act between samples, in words."""
 
+SIGNAL_COLUMNS = "signal", "range", "acts", "meaning"
+"""Columns of a table of signals."""
+
 RANGE_DIGITS = 4
 """Digits of the ranges that outputs had in the training, which are measured."""
 
@@ -164,22 +167,14 @@ class SurrogateDescription:
         )
 
     def signal_rows(self) -> list[tuple[str, str, str, str]]:
-        """Return name, range, action and meaning of each input, output and parameter."""
-        return [
-            *(_row("input", signal, ACTS[self.hold]) for signal in self.inputs),
-            *(_row("output", signal) for signal in self.trained_outputs),
-            *(_row("parameter", parameter) for parameter in self.physical_parameters),
-        ]
+        """Return a row for each signal and parameter, with the ranges of the training."""
+        return signal_rows(self.inputs, self.trained_outputs, self.physical_parameters)
 
     def lines(self) -> list[tuple[str, str]]:
         """Return what is said of window, network, error estimate and bound, each with a label."""
         n_in, n_out, step = self.window.n_in, self.window.n_out, self.window.step
         found = [
-            (
-                "window",
-                f"the network sees {n_in} samples of the inputs and gives {n_out} of the outputs; "
-                f"a sample is {step:.10g} s",
-            ),
+            ("window", window_text(n_in, n_out, step)),
             ("memory", f"outputs depend on the inputs of the last {decimal(self.memory_s)} s"),
             ("network", self.network_text),
         ]
@@ -215,9 +210,26 @@ def _bound_of(surrogate: Surrogate) -> BoundDescription | None:
     )
 
 
+def signal_rows(
+    inputs: Sequence[Signal], outputs: Sequence[Signal], parameters: Sequence[Parameter] = ()
+) -> list[tuple[str, str, str, str]]:
+    """Return name, range, action and meaning of each signal and parameter (``SIGNAL_COLUMNS``)."""
+    return [
+        *(_row("input", signal, ACTS[signal.hold]) for signal in inputs),
+        *(_row("output", signal) for signal in outputs),
+        *(_row("parameter", parameter) for parameter in parameters),
+    ]
+
+
 def _row(what: str, one: Signal | Parameter, acts: str = "") -> tuple[str, str, str, str]:
     limits = f"{one.low:g} .. {one.high:g}{behind(one.unit)}"
     return f"{what} {one.name}", limits, acts, one.description
+
+
+def window_text(n_in: int, n_out: int, step: float) -> str:
+    """Say what a window is, of samples of a step in s."""
+    samples = f"{n_in} samples of the inputs and gives {n_out} of the outputs"
+    return f"the network sees {samples}; a sample is {step:.10g} s"
 
 
 def _either(texts: Sequence[str]) -> str:

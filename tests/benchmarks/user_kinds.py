@@ -30,7 +30,7 @@ from slide_fmu.fmu.export import Provenance, load, read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.console import print_table
-from slide_fmu.report.display import Messages
+from slide_fmu.report.progress_display import Messages
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.task import IN_RANGE
 

@@ -18,7 +18,7 @@ from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, progress_bars
 from slide_fmu.report.console import print_noise, print_rows
-from slide_fmu.report.display import Messages
+from slide_fmu.report.progress_display import Messages
 from slide_fmu.report.verdict import verdict
 from slide_fmu.validation.error_figures import OutputFigures
 from tests.figures import filled

@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from slide_fmu.cli import findings
+from slide_fmu.cli import stage_results
 from slide_fmu.propose.proposal import Proposal
 from slide_fmu.recipe.writing import Draft, DraftSignal
 from slide_fmu.report.console import Rows
@@ -55,12 +55,14 @@ def test_how_inputs_act_stands_once_below_the_signals_of_a_proposal(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     shown = io.StringIO()
-    monkeypatch.setattr(findings, "console", Console(file=shown, width=60))
+    monkeypatch.setattr(stage_results, "console", Console(file=shown, width=60))
     table = SignalTable(range=(-1.0, 1.0), unit="m", hold="first_order")
     acts = "Moves linearly."
     inputs = tuple(DraftSignal(name, table, "It is declared.", acts) for name in ("road", "wind"))
     outputs = (DraftSignal("travel", table, "Seen in one motion."),)
-    findings.show_draft(Proposal("", Draft("car", "", inputs, outputs, 0.01, "It is given."), ()))
+    stage_results.show_draft(
+        Proposal("", Draft("car", "", inputs, outputs, 0.01, "It is given."), ())
+    )
     lines = shown.getvalue().splitlines()
     assert [line for line in lines if acts in line] == ["moves   road, wind: Moves linearly."]
     assert lines[-1] == "step    0.01 s: It is given."

@@ -12,6 +12,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.fitting.history import CurvePoint, History
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
+from slide_fmu.report.accuracy_sections import worst_section
 from slide_fmu.report.frequency_charts import frequency_sections
 from slide_fmu.report.learning_charts import (
     curve_chart,
@@ -28,7 +29,6 @@ from slide_fmu.report.trajectory_charts import (
     trajectory_charts,
 )
 from slide_fmu.report.trust_charts import bound_charts, estimate_charts, novelty_charts
-from slide_fmu.report.worst_windows import worst_section
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 from tests.charts import line_of, panel_of

@@ -8,8 +8,8 @@ import pytest
 
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.model_card import model_card
-from slide_fmu.report.origin_sections import origin_sections
 from slide_fmu.report.run_figures import RunFigures
+from slide_fmu.report.run_report import origin_sections
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND

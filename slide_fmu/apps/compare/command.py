@@ -13,9 +13,9 @@ from slide_fmu.cli.console import (
     errors,
     progress_bars,
     show_remark,
+    show_table,
     write_json,
 )
-from slide_fmu.cli.findings import show_table
 from slide_fmu.cli.options import (
     DataSeedOption,
     JsonOption,

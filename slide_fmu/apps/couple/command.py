@@ -9,8 +9,7 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
-from slide_fmu.cli.findings import show_table
+from slide_fmu.cli.console import console, progress_bars, show_remark, show_table, write_json
 from slide_fmu.cli.options import JsonOption, numbers_of, one_of
 
 METHODS = ("jacobi", "gauss_seidel", "fixed_point", "newton")

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slide_fmu.cli.console import console, progress_bars, show_remark, write_json
-from slide_fmu.cli.findings import show_table
+from slide_fmu.cli.console import console, progress_bars, show_remark, show_table, write_json
 from slide_fmu.cli.options import FmuArgument, JsonOption
 from slide_fmu.core.figures import plain
 

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 import pytest
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet
-from slide_fmu.report import display
-from slide_fmu.report.display import Messages, shown
+from slide_fmu.report import progress_display
+from slide_fmu.report.progress_display import Messages, progress_on
 
 
 class Clock:
@@ -28,7 +28,7 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     clock = Clock()
-    monkeypatch.setattr(display, "time", clock)
+    monkeypatch.setattr(progress_display, "time", clock)
     return clock
 
 
@@ -44,7 +44,7 @@ def fit(progress: Progress, clock: Clock) -> None:
 
 def test_lines_say_the_total_the_time_left_and_the_relative_error(clock: Clock) -> None:
     console = Messages(file=io.StringIO(), markup=False, highlight=False)
-    with shown(console) as stages:
+    with progress_on(console) as stages:
         fit(stages("surrogate"), clock)
     lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert lines[0] == "surrogate, 4 states: 0 of at most 40"
@@ -55,7 +55,7 @@ def test_lines_say_the_total_the_time_left_and_the_relative_error(clock: Clock) 
 
 def test_long_stage_says_its_time_before_its_first_fifth(clock: Clock) -> None:
     console = Messages(file=io.StringIO(), markup=False, highlight=False)
-    with shown(console) as stages:
+    with progress_on(console) as stages:
         progress = stages("trajectories")
         for done in range(20):
             progress(done, 1000)
@@ -69,7 +69,7 @@ def test_long_stage_says_its_time_before_its_first_fifth(clock: Clock) -> None:
 
 def test_short_stage_has_two_lines_and_a_long_one_at_most_seven(clock: Clock) -> None:
     console = Messages(file=io.StringIO(), markup=False, highlight=False)
-    with shown(console) as stages:
+    with progress_on(console) as stages:
         short, long = stages("recipe"), stages("trajectories")
         for done in range(5):
             clock.now += 0.1
@@ -86,7 +86,7 @@ def test_short_stage_has_two_lines_and_a_long_one_at_most_seven(clock: Clock) ->
 @pytest.mark.parametrize(("left", "lines"), [(0, 1), (2, 3)])
 def test_stage_that_was_finished_before_has_one_line(clock: Clock, left: int, lines: int) -> None:
     console = Messages(file=io.StringIO(), markup=False, highlight=False)
-    with shown(console) as stages:
+    with progress_on(console) as stages:
         progress = part_of(stages("surrogate"), at_most=True)
         progress(30, 40, 0.00287)
         for done in range(31, 31 + left):
@@ -118,7 +118,7 @@ def test_bars_fit_the_terminal_and_end_with_the_work(
     master, terminal = pty.openpty()
     with os.fdopen(terminal, "w") as file:
         console = Messages(file=file, markup=False, highlight=False)
-        with shown(console) as stages:
+        with progress_on(console) as stages:
             progress = part_of(stages("companion, attempt 2"), at_most=True)
             progress(0, 183, math.inf)
             progress(97, 183, 0.00287)
@@ -146,7 +146,7 @@ def test_narrow_terminal_shows_whole_times_and_the_newest_stages(
     monkeypatch.setenv("LINES", "12")
     monkeypatch.setenv("TERM", "xterm")
     file = Terminal()
-    with shown(Messages(file=file, markup=False, highlight=False)) as stages:
+    with progress_on(Messages(file=file, markup=False, highlight=False)) as stages:
         for number in range(20):
             progress = part_of(stages(f"data of curve point {number} (128 to train)"))
             progress(0, 1520)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slide_fmu.cli.console import console, show_remark
+from slide_fmu.cli.console import console, show_remark, show_table
 from slide_fmu.core.readable import number
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.report.table import ReportTable
@@ -50,20 +50,15 @@ def show_draft(proposal: Proposal) -> None:
         show_remark(remark)
 
 
-def show_found(resolved: FoundValues) -> None:
+def show_resolved(resolved: FoundValues) -> None:
     """Print the values that were found for open keys of a recipe."""
-    found = [
-        f"{t}.{key} = {value}" for t, inner in resolved.items() for key, value in inner.items()
+    values = [
+        f"{table}.{key} = {value}"
+        for table, keys in resolved.items()
+        for key, value in keys.items()
     ]
-    if found:
-        console.print(f"found   {', '.join(found)}")
-
-
-def show_table(table: ReportTable) -> None:
-    """Print a table with its title, if it has one."""
-    from slide_fmu.report.console import print_table
-
-    print_table(table, console)
+    if values:
+        console.print(f"found   {', '.join(values)}")
 
 
 def show_sizing(figures: SizingFigures) -> None:
@@ -75,15 +70,11 @@ def show_sizing(figures: SizingFigures) -> None:
 
 def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     """Print the results of trying a recipe; ``refused`` is an error that would stop the run."""
+    from slide_fmu.surrogate.description import SIGNAL_COLUMNS, signal_rows, window_text
+
     system, data, window = figures.system, figures.data, figures.window.window
-    rows = []
-    for what, signals in (("input", system.inputs), ("output", system.outputs)):
-        for signal in signals:
-            moves = {"zero_order": "is held", "first_order": "moves linearly"}[signal.hold]
-            limits = f"{signal.low:g} .. {signal.high:g}"
-            unit = behind(signal.unit).strip()
-            rows.append((f"{what} {signal.name}", unit, limits, moves if what == "input" else ""))
-    show_table(ReportTable.of(("signal", "unit", "range", "acts between samples"), rows))
+    rows = signal_rows(system.inputs, system.outputs)
+    show_table(ReportTable.of(SIGNAL_COLUMNS, rows).without_empty_columns())
     offers = [name for name, offered in system.offers.items() if offered]
     seconds = data.wall_time_per_simulated_second_s
     if seconds is not None:
@@ -91,8 +82,7 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
         console.print(f"model   gives {more}")
     show_sizing(figures.window)
     console.print(
-        f"window  the network sees {window.n_in} samples of the inputs and gives {window.n_out} "
-        f"samples of the outputs. They are {window.step_s:.10g} s apart. Effects of the initial "
+        f"window  {window_text(window.n_in, window.n_out, window.step_s)}. Effects of the initial "
         f"state have {window.truncation_time_s:.4g} s to decay."
     )
     if seconds is None:

@@ -50,7 +50,7 @@ def messages() -> Messages:
 
 
 @contextmanager
-def shown(console: Console) -> Iterator[Stages]:
+def progress_on(console: Console) -> Iterator[Stages]:
     """Show the progress of stages as bars on a terminal, as lines elsewhere."""
     if not console.file.isatty():  # not is_terminal, which FORCE_COLOR makes true for a pipe
         yield lambda stage: _Lines(console, stage)

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from slide_fmu.core.parameters import Parameter
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
-    from slide_fmu.cosim.run import CoSimulationError
     from slide_fmu.cosim.simulate import simulate
     from slide_fmu.data.errors import StoreError
     from slide_fmu.fitting.errors import TrainingError
-    from slide_fmu.fmu.export import FmuError, export_fmu, load
+    from slide_fmu.fmu.export import export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
     from slide_fmu.fmu.native_library import NativeError
+    from slide_fmu.importer.errors import CoSimulationError, FmuError
     from slide_fmu.memory.sizing import ShortWindowError
     from slide_fmu.memory.stability import UnstableSurrogateError
     from slide_fmu.pipeline.run_folder import StageError
@@ -102,9 +102,9 @@ _HOMES = {
     "slide_fmu.core.parameters": ("Parameter",),
     "slide_fmu.core.signals": ("Signal",),
     "slide_fmu.core.window": ("Window",),
-    "slide_fmu.cosim.run": ("CoSimulationError",),
     "slide_fmu.cosim.simulate": ("simulate",),
-    "slide_fmu.fmu.export": ("FmuError", "export_fmu", "load"),
+    "slide_fmu.fmu.export": ("export_fmu", "load"),
+    "slide_fmu.importer.errors": ("CoSimulationError", "FmuError"),
     "slide_fmu.fmu.native": ("NativeSurrogate",),
     "slide_fmu.cli.python_calls": ("RunResult", "export", "learn", "run", "validate"),
     "slide_fmu.recipe.reading": ("load_recipe",),

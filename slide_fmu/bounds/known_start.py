@@ -11,7 +11,8 @@ import hashlib
 from dataclasses import replace
 
 from slide_fmu.core.search_path import find_file
-from slide_fmu.fmu.export import FmuError, Provenance, read_fmu
+from slide_fmu.fmu.export import Provenance, read_fmu
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError

@@ -15,9 +15,10 @@ from slide_fmu.core.figures import plain
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Stages, quiet_stages
 from slide_fmu.core.signals import Signal, cosines_of
-from slide_fmu.fmu.export import FmuError, export_fmu, load
+from slide_fmu.fmu.export import export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import default_excitation

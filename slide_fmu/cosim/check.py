@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from itertools import zip_longest
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,25 +13,27 @@ from fmpy.validation import validate_fmu
 
 from slide_fmu.core.files import reason_of
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.core.xml_differences import differences
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
-from slide_fmu.cosim.importer import ValueReader, open_slave
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import (
-    BY_KEY,
+    AT_STEP_END,
     ERROR_ESTIMATE,
+    HELD,
     IN_RANGE,
     OUTPUTS_IN_RANGE,
     TRUNCATION_ERROR,
 )
-from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, FmuError, read_fmu, read_member
+from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
+from slide_fmu.importer.errors import CoSimulationError, FmuError
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6
@@ -82,7 +83,7 @@ def check_fmu(path: Path, run_unknown: bool = False) -> list[str]:
     except Exception as error:  # fmpy raises bare Exception for invalid XML
         problems.append(f"{DESCRIPTION}: {error}")
     if not problems:
-        problems = _compare_run(path, surrogate, description, fmi)
+        problems = _compare_run(path, surrogate, fmi)
     return problems
 
 
@@ -209,12 +210,10 @@ def _described(variable: tuple[str, int, str, str | None, str] | None) -> str:
     return f"{name!r} with value reference {reference}, {causality}, {type_name} {in_unit}"
 
 
-def _compare_run(
-    path: Path, surrogate: Surrogate, description: ModelDescription, fmi: FmiVersion
-) -> list[str]:
+def _compare_run(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]:
     """Run the native library of this platform against numpy, on inputs within their ranges."""
     inputs = random_inputs(surrogate, steps_of_check(surrogate))
-    native = _library_run(path, surrogate, description, fmi, inputs)
+    native = _library_run(path, surrogate, fmi, inputs)
     if not isinstance(native, dict):
         return native
     problems = [
@@ -233,9 +232,8 @@ def wide_differences(path: Path) -> list[str]:
     magnifies rounding.
     """
     surrogate, _ = read_fmu(path)
-    description = fmpy.read_model_description(str(path))
     inputs = random_inputs(surrogate, STEPS_OF_WIDE)
-    native = _library_run(path, surrogate, description, 2, inputs)
+    native = _library_run(path, surrogate, 2, inputs)
     if not isinstance(native, dict):
         return native
     names = {signal.name for signal in surrogate.outputs}
@@ -247,24 +245,20 @@ def wide_differences(path: Path) -> list[str]:
 
 
 def _library_run(
-    path: Path,
-    surrogate: Surrogate,
-    description: ModelDescription,
-    fmi: FmiVersion,
-    inputs: FloatArray,
+    path: Path, surrogate: Surrogate, fmi: FmiVersion, inputs: FloatArray
 ) -> dict[str, FloatArray] | list[str]:
     """Run the native library; or return the reason why not, empty if there is no library."""
     if not runs_here(surrogate, fmi):
         return []
-    with tempfile.TemporaryDirectory(prefix="slide_fmu_check_") as folder:
-        try:
-            unpack(path, folder)
-        except UnpackingError as error:
-            return [f"the FMU cannot be unpacked: {error}"]
-        try:
-            return _run_native(folder, surrogate, description, inputs)
-        except Exception as error:  # fmpy raises bare Exception when a call fails
-            return [f"the native library failed: {error}"]
+    outputs = [v.name for v in fmu_variables(surrogate) if v.causality == "output"]
+    columns = {one.name: row for one, row in zip(surrogate.inputs, inputs.T, strict=True)}
+    known = {HELD if surrogate.hold == "zero_order" else AT_STEP_END: 1.0}  # no forecast
+    try:
+        with unpacked(path) as fmu:
+            values = run_fmu(fmu, columns, outputs, known, surrogate.window.step).values
+    except (CoSimulationError, FmuError, ValueError) as error:
+        return [f"the native library failed: {error}"]
+    return dict(zip(outputs, values[1:].T, strict=True))
 
 
 def _deviations(
@@ -305,28 +299,6 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
             allowed = ERROR_TOLERANCE * values.max() if kind == ERROR_ESTIMATE else rounding
             expected[kind.format(signal=signal.name)] = values, float(allowed)
     return expected
-
-
-def _run_native(
-    folder: str, surrogate: Surrogate, description: ModelDescription, inputs: FloatArray
-) -> dict[str, FloatArray]:
-    """Run the library; return all output variables after every step, by name, (steps,) each."""
-    n_inputs, step = len(surrogate.inputs), surrogate.window.step
-    outputs = [v for v in fmu_variables(surrogate) if v.causality == "output"]
-    names = [variable.name for variable in outputs]
-    read = ValueReader([v.reference for v in outputs], [v.type for v in outputs])
-    with open_slave(folder, description, "check", []) as slave:
-        held = surrogate.hold == "zero_order"  # all inputs are known here: no forecast
-        known = BY_KEY["INPUTS_HELD" if held else "INPUTS_AT_STEP_END"]
-        slave.set_real([known.reference()], [1.0])
-        slave.enter_initialization(0.0)
-        slave.exit_initialization()
-        rows = []
-        for index, row in enumerate(inputs):
-            slave.set_real(list(range(n_inputs)), row.tolist())
-            slave.do_step(index * step, step)
-            rows.append(read(slave))
-        return dict(zip(names, np.array(rows).T, strict=True))
 
 
 def random_inputs(surrogate: Surrogate, samples: int) -> FloatArray:

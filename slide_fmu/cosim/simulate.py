@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,8 +12,6 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.between import evened, refined
-from slide_fmu.cosim.importer import ImportedSlave, ValueReader
-from slide_fmu.cosim.run import CoSimulationError, UnpackedFmu, instantiated, unpacked
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BY_KEY,
@@ -24,6 +21,9 @@ from slide_fmu.fmu.description.variables import (
     REFERENCES_PER_KIND,
 )
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
+from slide_fmu.importer.errors import CoSimulationError
+from slide_fmu.importer.file import UnpackedFmu, unpacked
+from slide_fmu.importer.run import StepGrid, run_over
 
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of the FMU's step, in such steps."""
@@ -72,7 +72,7 @@ def simulate(
         inputs, outputs = _of_kind(files, "INPUT"), _of_kind(files, "OUTPUT")
         meaning = _meaning(path)
         times, values = _checked(t, u, inputs)
-        run = _Run(files, inputs, outputs, parameters or {})
+        run = _Simulation(files, inputs, outputs, parameters or {})
         if meaning.first_order:
             own, rows, places = refined(times, values, meaning.cosines, files.step)
             lines = meaning.straight
@@ -86,8 +86,8 @@ def simulate(
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
-    """A _Run is an FMU with the names of its inputs and outputs, and values of its parameters."""
+class _Simulation:
+    """A _Simulation is an FMU with names of its inputs and outputs, and values of parameters."""
 
     fmu: UnpackedFmu
     inputs: Sequence[str]
@@ -105,72 +105,27 @@ class _Run:
             for name, u in zip(self.inputs, values[0], strict=True)
         }
         start = {PREHISTORY_KNOWN: 1.0, **known, AT_STEP_END: 1.0}
-        return self._steps(times, values[0], (values[1:], kept[1:]), start)
+        return self._outputs(times, values[0], values[1:], start, kept[1:])
 
     def held(self, times: FloatArray, values: FloatArray) -> FloatArray:
         """Set inputs with a zero-order hold before each step to their values in it."""
-        rows = values[: len(times) - 1]
-        return self._steps(times, values[0], (rows, rows), {HELD: 1.0})
+        return self._outputs(times, values[0], values[: len(times) - 1], {HELD: 1.0})
 
-    def _steps(
+    def _outputs(
         self,
         times: FloatArray,
         first: FloatArray,
-        rows: tuple[FloatArray, FloatArray],
+        rows: FloatArray,
         start: dict[str, float],
+        kept: FloatArray | None = None,
     ) -> FloatArray:
         """Return outputs (N, n_outputs) at times (N,), under inputs that are set before each step.
 
-        Rows of the inputs have the values that the outputs follow, and the values that the FMU
-        stores.
+        ``rows`` are the inputs that the outputs follow, ``kept`` those that the FMU stores.
         """
-        fmu, start = self.fmu, {**self.parameters, **start}
-        fmu.require(*start)
-        of_inputs = [fmu.references[name] for name in self.inputs]
-        read = ValueReader(
-            [fmu.references[name] for name in self.outputs], [fmu.types[n] for n in self.outputs]
-        )
-        with instantiated(fmu) as slave:
-            slave.set_real([fmu.references[name] for name in start], [*start.values()])
-            slave.set_real(of_inputs, first.tolist())
-            slave.enter_initialization(float(times[0]))
-            slave.exit_initialization()
-            found = [read(slave)]
-            for time, length, row, kept in zip(times[:-1], np.diff(times), *rows, strict=True):
-                step = _Step(slave, of_inputs, float(time), float(length))
-                if np.array_equal(row, kept):
-                    step.take(row)
-                    found.append(read(slave))
-                    continue
-                with step.to_come_back():
-                    step.take(row)
-                    found.append(read(slave))
-                step.take(kept)
-            slave.terminate()
-        return np.array(found, dtype=np.float64)
-
-
-@dataclass(frozen=True, eq=False)
-class _Step:
-    """A _Step is a communication step of an instance; it can be taken, undone and taken again."""
-
-    slave: ImportedSlave
-    of_inputs: list[int]
-    time: float
-    length: float
-
-    def take(self, inputs: FloatArray) -> None:
-        """Set the inputs and take the step."""
-        self.slave.set_real(self.of_inputs, inputs.tolist())
-        self.slave.do_step(self.time, self.length)
-
-    @contextmanager
-    def to_come_back(self) -> Iterator[None]:
-        """Undo the steps of a ``with`` block."""
-        state = self.slave.get_state()
-        yield
-        self.slave.set_state(state)
-        self.slave.free_state(state)
+        grid, inputs = StepGrid.between(times), (self.inputs, rows)
+        parameters = {**self.parameters, **start}
+        return run_over(self.fmu, grid, inputs, self.outputs, parameters, first, kept).values
 
 
 def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:

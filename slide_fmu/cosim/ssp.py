@@ -9,9 +9,9 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from slide_fmu.core.files import write_zip
-from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssv import parameter_set
 from slide_fmu.fmu.description.fmi2 import document
+from slide_fmu.importer.description import read_description
 
 STRUCTURE = "SystemStructure.ssd"
 DESCRIPTION = "http://ssp-standard.org/SSP1/SystemStructureDescription"

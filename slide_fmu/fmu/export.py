@@ -21,6 +21,8 @@ from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.hashes import HASHES, hash_list
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
 from slide_fmu.fmu.libraries.sources import Sources, compiled_files, source_members
+from slide_fmu.importer.errors import FmuError
+from slide_fmu.importer.file import REMEDY
 from slide_fmu.surrogate.payload import MAGIC, PayloadError, require_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -49,13 +51,6 @@ Provenance = Mapping[str, Any]
 """The origin of an FMU, as its JSON holds it: ``recipe``, the text; the ``resolved`` values;
 ``seeds`` and ``versions``; the ``measured`` figures; the version that the documents are
 ``written_by``; and values of records and apps."""
-
-REMEDY = "get the file again, or write it anew (slide-fmu export)"
-"""The remedy for a damaged FMU."""
-
-
-class FmuError(ValueError):
-    """A file is not an FMU, not an FMU of slide-fmu, or damaged."""
 
 
 def export_fmu(

@@ -12,10 +12,10 @@ from slide_fmu.core.version import other_writer, own_version
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu, fmi_version, runs_here, steps_of_check
-from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.export import DESCRIPTION, FmuError, Provenance, read_fmu
+from slide_fmu.fmu.export import DESCRIPTION, Provenance, read_fmu
 from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
+from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
 from slide_fmu.pipeline.card_check import card_problems
 from slide_fmu.pipeline.documents import CARD

@@ -15,7 +15,6 @@ from slide_fmu.fmu.export import (
     DESCRIPTION,
     DOCUMENTATION,
     EXTRA,
-    FmuError,
     Provenance,
     export_fmu,
     read_fmu,
@@ -24,6 +23,7 @@ from slide_fmu.fmu.export import (
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.fmu.libraries.sources import Sources
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.surrogate.surrogate import Surrogate
 
 NETWORK_FILES = (".onnx", ".pt", ".pt2", ".pth")

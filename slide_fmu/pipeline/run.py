@@ -9,9 +9,9 @@ from tempfile import TemporaryDirectory
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.cosim.check import wide_differences
-from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fmu.export import Provenance, export_fmu
+from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release

@@ -16,8 +16,8 @@ import numpy as np
 from slide_fmu.core.noise_floor import SHORTEST_PIECE, noise_of_residuals
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, Trajectory
-from slide_fmu.cosim.run import unpacked
 from slide_fmu.data.draws import Draw
+from slide_fmu.importer.file import unpacked
 from slide_fmu.network.state_space.initial_state import initial_state
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case

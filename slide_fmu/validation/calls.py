@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.measures import TINY, rms, size_about
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.cosim.run import UnpackedFmu, run_fmu
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BOUND_FILLED,
@@ -23,6 +22,8 @@ from slide_fmu.fmu.description.variables import (
     NOVELTY,
     TRUSTED,
 )
+from slide_fmu.importer.file import UnpackedFmu
+from slide_fmu.importer.run import run_fmu
 from slide_fmu.validation.input_courses import InputCourse, Stairs
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from slide_fmu.core.measures import moving_rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import UnpackedFmu
 from slide_fmu.data.draws import Draw
+from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.calls import CallAnswers, MeasuredMotion, answers
 from slide_fmu.validation.input_courses import course_of

@@ -11,8 +11,8 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress, Stages, quiet
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import UnpackedFmu, unpacked
 from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -14,11 +14,11 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import UnpackedFmu, unpacked
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

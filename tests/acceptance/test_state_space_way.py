@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.measures import percent
-from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.store import open_store
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.run import run_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
 from tests.estimates import kept_estimates

@@ -27,8 +27,8 @@ from timing import Part, TimedSurrogate, part_times, repeats
 from slide_fmu.apps.bench.bench import Bench
 from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.core.figures import plain
-from slide_fmu.cosim.run import unpacked
 from slide_fmu.fmu.export import export_fmu, read_fmu
+from slide_fmu.importer.file import unpacked
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -32,7 +32,7 @@ from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from tests.benchmarks.coupled_trust import bound_in_the_loop, has_bound, speeds
 from tests.benchmarks.figures_out import measure_and_write
 from tests.own_models.halves.cut_car import LINKS, relative_error, road, whole, write_halves

@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from tests.benchmarks.coupled_trust import FINER, best_speeds, has_bound, replayed, truth
 from tests.own_models.systems.cut_machine import CutMachine, relative_error
 

@@ -20,8 +20,8 @@ from seeds import HELD_BETWEEN
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import unpacked
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.importer.file import unpacked
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.systems.simulation import simulate

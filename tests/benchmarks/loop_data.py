@@ -22,8 +22,8 @@ import numpy as np
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.pipeline.job import checked, open_job
 from slide_fmu.pipeline.stages import generate_recipe, train_surrogate
 from tests.benchmarks.coupled import METHODS, STEPS, ride

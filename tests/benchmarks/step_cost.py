@@ -42,8 +42,8 @@ from scipy.interpolate import CubicSpline
 from slide_fmu.apps.credentials.experiment import read_experiment
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import ImportedSlave, ValueReader
-from slide_fmu.cosim.run import UnpackedFmu, instantiated, unpacked
+from slide_fmu.importer.file import UnpackedFmu, unpacked
+from slide_fmu.importer.instance import Instance, instantiated
 
 CALLS = ("plain", "known")
 KNOWN, TRUSTED = "inputs_at_step_end", "trusted"
@@ -127,24 +127,24 @@ class Stepper:
 
     Args:
         fmu: where the instance is from.
-        slave: the instance.
+        instance: the instance.
         variant: how it is stepped.
         case: its inputs and outputs.
         steps: the library of ``c/steps.c``.
 
     Attributes:
-        slave: the instance.
+        instance: the instance.
     """
 
     def __init__(
         self,
         fmu: UnpackedFmu,
-        slave: ImportedSlave,
+        instance: Instance,
         variant: Variant,
         case: Case,
         steps: ctypes.CDLL,
     ) -> None:
-        self.slave, self._variant, self._motion = slave, variant, case.motion
+        self.instance, self._variant, self._motion = instance, variant, case.motion
         self._own, self.length = fmu.step, length_of(variant.step, fmu.step)
         self._rng, self._time = np.random.default_rng(0), 0.0
         names = list(case.outputs)
@@ -154,19 +154,17 @@ class Stepper:
         fmu.require(*case.inputs, *names)
         self._inputs = [fmu.references[name] for name in case.inputs]
         at = [fmu.references[name] for name in names]
-        self._read = ValueReader(at, [fmu.types[name] for name in names])
-        booleans = [fmu.references[TRUSTED]] if variant.bounds else []
-        reals = [reference for reference in at if reference not in booleans]
-        instance = ctypes.c_void_p(slave.calls.component)
-        self._c = CSteps(steps, slave.calls.dll, instance, self._inputs, reals, booleans)
+        self._booleans = [fmu.references[TRUSTED]] if variant.bounds else []
+        self._reals = [reference for reference in at if reference not in self._booleans]
+        calls, component = instance.calls, ctypes.c_void_p(instance.calls.component)
+        self._c = CSteps(steps, calls.dll, component, self._inputs, self._reals, self._booleans)
         self._filled = [fmu.references[name] for name in FILLED if name in fmu.references]
         first = case.motion(np.zeros(1))[0].tolist()
-        if variant.call == "known":
-            slave.set_real([fmu.references[KNOWN]], [1.0])
-        slave.set_real(self._inputs, first)
-        slave.enter_initialization(0.0)
-        slave.set_real(self._inputs, first)
-        slave.exit_initialization()
+        instance.set_up({KNOWN: 1.0} if variant.call == "known" else {})
+        calls.setReal(self._inputs, first)
+        instance.enter_initialization()
+        calls.setReal(self._inputs, first)
+        instance.exit_initialization()
         self._fill()
         self.count = self._count()
 
@@ -188,7 +186,7 @@ class Stepper:
         first = None
         while first is None or self._time < LONGEST * first:
             self._c.run(*self._next(CHUNK))
-            filled = self.slave.get_real(self._filled)
+            filled = self.instance.calls.getReal(self._filled)
             if first is None and filled[0] >= 1:
                 first = self._time
             if min(filled) >= 1:
@@ -211,12 +209,14 @@ class Stepper:
 
     def _loop(self, count: int) -> float:
         times, lengths, inputs = (values.tolist() for values in self._next(count))
-        slave, read, references = self.slave, self._read, self._inputs
+        calls, references = self.instance.calls, self._inputs
         begin = time.thread_time()
         for start, length, row in zip(times, lengths, inputs, strict=True):
-            slave.set_real(references, row)
-            slave.do_step(start, length)
-            read(slave)
+            calls.setReal(references, row)
+            calls.doStep(start, length)
+            calls.getReal(self._reals)
+            if self._booleans:
+                calls.getBoolean(self._booleans)
         return time.thread_time() - begin
 
 
@@ -273,9 +273,9 @@ def measure_fmu(fmu: Path, arguments: argparse.Namespace, steps: ctypes.CDLL) ->
             opened = stack.enter_context(unpacked(file))
             for variant in wanted:
                 if variant.possible(opened):
-                    slave = stack.enter_context(instantiated(opened))
-                    steppers[name, variant] = Stepper(opened, slave, variant, case, steps)
-        sizes = {name: state_bytes(stepper.slave) for (name, _), stepper in steppers.items()}
+                    instance = stack.enter_context(instantiated(opened))
+                    steppers[name, variant] = Stepper(opened, instance, variant, case, steps)
+        sizes = {name: state_bytes(stepper.instance) for (name, _), stepper in steppers.items()}
         times: Times = {}
         for _ in range(arguments.rounds):
             for (name, variant), stepper in steppers.items():
@@ -298,11 +298,11 @@ def measure_fmu(fmu: Path, arguments: argparse.Namespace, steps: ctypes.CDLL) ->
     }
 
 
-def state_bytes(slave: ImportedSlave) -> int:
+def state_bytes(instance: Instance) -> int:
     """Size of a serialised state of an instance of FMI 2.0."""
-    state = slave.get_state()
-    size = len(slave.calls.serializeFMUstate(state))
-    slave.free_state(state)
+    state = instance.save()
+    size = len(instance.calls.serializeFMUstate(state))
+    instance.free_state(state)
     return size
 
 

@@ -15,7 +15,8 @@ from slide_fmu.core.zip_directory import (
     ManyMembersError,
     open_archive,
 )
-from slide_fmu.fmu.export import FmuError, read_member
+from slide_fmu.fmu.export import read_member
+from slide_fmu.importer.errors import FmuError
 from tests.refusals import refused
 
 

@@ -12,10 +12,11 @@ import pytest
 from slide_fmu.cosim import archive
 from slide_fmu.cosim.archive import archive_problems, library_problems
 from slide_fmu.cosim.check import check_fmu
-from slide_fmu.fmu.export import DESCRIPTION, FmuError, export_fmu, read_json, read_member
+from slide_fmu.fmu.export import DESCRIPTION, export_fmu, read_json, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.fmu.native_library import NativeError
+from slide_fmu.importer.errors import CoSimulationError, FmuError
 from tests.cosim.damage import members_of, packed
 from tests.fmu.samples import TWO_MASSES, random_surrogate
 from tests.libraries import build_libraries
@@ -44,9 +45,9 @@ def test_member_that_unpacks_over_the_library_is_named_and_nothing_runs(
     fmu: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     def load(*_: object) -> None:
-        raise AssertionError("a library was run")
+        raise CoSimulationError("a library was run")
 
-    monkeypatch.setattr("slide_fmu.cosim.check.open_slave", load)
+    monkeypatch.setattr("slide_fmu.cosim.check.run_fmu", load)
     library = f"{fmpy.platform}/two_masses{fmpy.sharedLibraryExtension}"
     (problem,) = check_fmu(_with(fmu, name.format(library)))
     assert "is unpacked to different places" in problem

@@ -11,8 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS, app
-from slide_fmu.fmu.export import SURROGATE, FmuError, export_fmu, read_fmu
+from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.cosim.damage import (
     Members,

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import open_slave, read_description
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.instance import instantiated
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import Moving, forecasting
 from tests.fmu.samples import STEP, Shape, random_surrogate
@@ -72,15 +73,17 @@ def test_fmpy_has_room_for_the_derivatives_of_nine_inputs_only(fmu: Path) -> Non
 def test_derivatives_can_be_told_in_a_loop_of_ones_own(fmu: Path, surrogate: Surrogate) -> None:
     """By the call that docs/use_an_fmu.md names."""
     moving, slopes = Moving(surrogate), 0.4 * 0.3 / STEP * np.cos(0.3 * np.arange(COUNT))
-    folder, found, expected = fmpy.extract(str(fmu)), [], []
-    with open_slave(folder, read_description(fmu), "one", []) as slave:
-        slave.enter_initialization(0.0)
-        slave.exit_initialization()
+    found, expected = [], []
+    with unpacked(fmu) as files, instantiated(files) as instance:
+        calls = instance.calls
+        instance.set_up({})
+        instance.enter_initialization()
+        instance.exit_initialization()
         for k, (height, slope) in enumerate(zip(heights(), slopes, strict=True)):
-            slave.set_real([0], [height])
-            slave.calls.setRealInputDerivatives([0], [1], [slope])
-            slave.do_step(k * STEP, STEP)
-            found += slave.get_real([1_000_000])
+            calls.setReal([0], [height])
+            calls.setRealInputDerivatives([0], [1], [slope])
+            calls.doStep(k * STEP, STEP)
+            found += calls.getReal([1_000_000])
             known = moving.step(STEP, np.array([height]), np.array([slope]))
             expected.append(known.results()[0][0])
     np.testing.assert_allclose(found, expected, rtol=0, atol=TOLERANCE)

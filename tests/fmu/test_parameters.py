@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.cosim.simulate import simulate
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PARAMETERS_SETTLED
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.gradient import parameter_jacobian

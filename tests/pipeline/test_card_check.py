@@ -17,12 +17,12 @@ from slide_fmu.fmu.export import (
     DOCUMENTATION,
     EXTRA,
     PROVENANCE,
-    FmuError,
     export_fmu,
     read_fmu,
     read_folder,
 )
 from slide_fmu.fmu.hashes import HASHES
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.pipeline.check import check
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.pipeline.export import export_again

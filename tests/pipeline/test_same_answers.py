@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim import check
-from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.importer.errors import CoSimulationError
+from slide_fmu.importer.run import Run, run_fmu
 from slide_fmu.pipeline.run import require_same_answers
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import CELLS
@@ -25,13 +27,12 @@ def fmu(tmp_path: Path) -> Path:
 
 def let_libraries_be_off(monkeypatch: pytest.MonkeyPatch, deviation: float) -> None:
     """The library gives something else, by so much of each output's largest value."""
-    given = check._run_native
 
-    def off(*arguments: object) -> dict[str, FloatArray]:
-        found = given(*arguments)  # type: ignore[arg-type]
-        return {k: np.asarray(v + deviation * np.abs(v).max()) for k, v in found.items()}
+    def off(*arguments: Any) -> Run:
+        run = run_fmu(*arguments)
+        return replace(run, values=run.values + deviation * np.abs(run.values).max(axis=0))
 
-    monkeypatch.setattr(check, "_run_native", off)
+    monkeypatch.setattr(check, "run_fmu", off)
 
 
 def test_library_that_is_off_by_rounding_passes(
@@ -52,9 +53,9 @@ def test_library_that_gives_something_else_is_refused(
 
 
 def test_library_that_fails_is_told(fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*arguments: object) -> dict[str, FloatArray]:
-        raise OSError("cannot be loaded")
+    def fail(*arguments: object) -> Run:
+        raise CoSimulationError("cannot be loaded")
 
-    monkeypatch.setattr(check, "_run_native", fail)
+    monkeypatch.setattr(check, "run_fmu", fail)
     with refused(CoSimulationError, "library failed"):
         require_same_answers(fmu)

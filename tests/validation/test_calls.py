@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.cosim.run import UnpackedFmu, unpacked
+from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.validation.calls import (
     CallAnswers,
     ErrorLevels,

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import run_fmu, unpacked
 from slide_fmu.data.draws import Draw
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison, compare_with_truth
 from tests.bounded import bounded_surrogate

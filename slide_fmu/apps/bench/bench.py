@@ -16,10 +16,11 @@ import numpy as np
 from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.core.figures import spread
 from slide_fmu.cosim.check import random_inputs
-from slide_fmu.cosim.run import Run, UnpackedFmu, run_fmu, unpacked
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
+from slide_fmu.importer.file import UnpackedFmu, unpacked
+from slide_fmu.importer.run import Run, run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

@@ -20,9 +20,10 @@ from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
 from slide_fmu.apps.compare.model_figures import ModelFigures, ModelOutput
 from slide_fmu.core.measures import TINY, rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import UnpackedFmu, run_fmu, unpacked
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import export_fmu
+from slide_fmu.importer.file import UnpackedFmu, unpacked
+from slide_fmu.importer.run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

@@ -114,7 +114,7 @@ def couple(
     from slide_fmu.apps.couple.options import CouplingOptions
     from slide_fmu.apps.couple.ssp import read_inputs, read_ssp
     from slide_fmu.apps.couple.structure import coupled_system, default_step, require_units
-    from slide_fmu.fmu.export import FmuError
+    from slide_fmu.importer.errors import FmuError
 
     folder = report or Path("runs") / system.stem / "couple"
     table = output or folder / "values.csv"

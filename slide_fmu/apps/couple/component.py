@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from fmpy.simulation import apply_start_values, settable_in_instantiated
 
-from slide_fmu.apps.couple.options import WHOLE
 from slide_fmu.apps.couple.structure import CoupledSystem, Course, declared
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.importer import ImportedSlave, ValueReader
-from slide_fmu.cosim.run import CoSimulationError
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BY_KEY,
@@ -23,6 +20,16 @@ from slide_fmu.fmu.description.variables import (
     PREHISTORY_KNOWN,
     REFERENCES_PER_KIND,
 )
+from slide_fmu.importer.description import (
+    WHOLE,
+    experiment,
+    is_fmi_3,
+    only_step,
+    takes_any_step,
+)
+from slide_fmu.importer.errors import CoSimulationError, LostError
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.instance import Instance, instantiated
 
 Inputs = Literal["held", "reached", "sloped", "forecast"]
 """How a component takes inputs: constant over a step; moving to the value that is set, which they
@@ -41,10 +48,6 @@ Nodes = Sequence[tuple[float, float]]
 WHOLE_STEP: Nodes = ((1.0, 1.0),)
 
 
-class LostError(CoSimulationError):
-    """A LostError tells that a call ended with a fatal error, after which no call is allowed."""
-
-
 class StepOutputs(NamedTuple):
     """Means of outputs over a step and outputs at its end, (n_outputs,), and their derivatives by
     the linked inputs, (n_outputs, n_linked)."""
@@ -60,12 +63,11 @@ class Component:
 
     Attributes:
         name: its name in the system.
-        slave: the instance.
-        description: fmpy's model description.
+        instance: the instance of its FMU. It begins at 0 s of the run, at its own start time.
         linked: linked inputs, whose values are set before each step.
         outputs: sources of links, whose values are read behind each step that is tried.
         watched: other variables, real or Boolean, that are read once a step is taken.
-        courses: values over time of other inputs.
+        courses: values over time of other inputs, by name.
         inputs: how it takes inputs.
         nodes: where it stops in each step, to find the mean of its outputs.
         own_step: the only step in s that it takes; None if it takes any.
@@ -76,12 +78,11 @@ class Component:
     """
 
     name: str
-    slave: ImportedSlave
-    description: Any
+    instance: Instance
     linked: Sequence[str]
     outputs: Sequence[str]
     watched: Sequence[str]
-    courses: Sequence[tuple[int, Course]]
+    courses: Sequence[tuple[str, Course]]
     inputs: Inputs
     nodes: Nodes = WHOLE_STEP
     own_step: float | None = None
@@ -91,22 +92,22 @@ class Component:
     knows_past: bool = False
 
     def __post_init__(self) -> None:
-        references = {v.name: v.valueReference for v in self.description.modelVariables}
-        self._linked = [references[name] for name in self.linked]
-        self._set = [*self._linked, *(reference for reference, _ in self.courses)]
-        self._read = [references[name] for name in self.outputs]
-        types = {v.name: v.type for v in self.description.modelVariables}
-        watched = [references[name] for name in self.watched]
-        self._watch = ValueReader(watched, [types[name] for name in self.watched])
+        instance = self.instance
+        self.description = instance.fmu.description
+        self._linked = instance.variables(self.linked)
+        self._inputs = instance.variables([*self.linked, *(name for name, _ in self.courses)])
+        self._outputs = instance.variables(self.outputs)
+        self._watched = instance.variables(self.watched)
         kind = self.description.coSimulation
-        self.rolls_back = bool(getattr(kind, "canGetAndSetFMUstate", False))
-        self.any_step = bool(kind.canHandleVariableCommunicationStepSize)
+        self.rolls_back = instance.can_go_back
+        self.any_step = takes_any_step(self.description)
         self.ours = is_ours(self.description)
         self._slopes_up_to = 0.0  # s
         # FMPy does not read this attribute in FMI 3.0, whose FMUs of slide-fmu all have it
-        given = kind.providesDirectionalDerivative or self.description.fmiVersion.startswith("3")
-        if self.ours and given and all(map(is_trained, self._read)):
-            self._slopes_up_to = (1 + WHOLE) * float(self.description.defaultExperiment.stepSize)
+        given = kind.providesDirectionalDerivative or is_fmi_3(self.description)
+        if self.ours and given and all(map(is_trained, self._outputs.references)):
+            step = experiment(self.description, "stepSize") or 0.0
+            self._slopes_up_to = (1 + WHOLE) * step
         self.steps = 0
         self._last_linked: list[float] = []
 
@@ -128,7 +129,7 @@ class Component:
             now: linked inputs at its end; their mean over the step for inputs that are held.
             slopes: whether to read derivatives, which FMUs of slide-fmu know.
         """
-        mean, mean_slopes, done = np.zeros(len(self._read)), np.zeros(()), 0.0
+        mean, mean_slopes, done = np.zeros(len(self._outputs)), np.zeros(()), 0.0
         end, end_slopes = mean, mean_slopes
         nodes = self.nodes if self.own_step is None else own_nodes(length, self.own_step)
         for part, weight in nodes:
@@ -158,7 +159,7 @@ class Component:
         middle: float,
     ) -> None:
         """Set all inputs before a piece of a step; held ones are those of the time ``middle``."""
-        if not self._set:
+        if not self._inputs:
             return
         place, at = begin, 1.0  # time of the courses, and part of the change of linked inputs
         if self.inputs == "held":
@@ -170,32 +171,33 @@ class Component:
         known = [course(place) for _, course in self.courses]
         linked = now if at == 1.0 else before + at * (now - before)
         self._last_linked = linked.tolist()
-        self.slave.set_real(self._set, [*self._last_linked, *known])
+        self._inputs.set([*self._last_linked, *known])
         if self.inputs == "sloped":
             rates = [*((now - before) / length).tolist()]
             ends = [course(begin + piece) for _, course in self.courses]
             rates += [(end - value) / piece for end, value in zip(ends, known, strict=True)]
-            self.slave.calls.setRealInputDerivatives(self._set, [1] * len(rates), rates)
+            self.instance.set_slopes(self._inputs.references, rates)
+
+    def step(self, begin: float, length: float) -> None:
+        """Take a step from a time of the run, both in s, under the inputs that are set."""
+        self.instance.do_step(self.instance.begin + begin, length, not self.rolls_back)
 
     def _do_step(self, begin: float, piece: float) -> None:
         self.steps += 1
         try:
-            ended = self.slave.calls.doStep(begin, piece, not self.rolls_back)
+            self.step(begin, piece)
         except CoSimulationError as error:
             values = ", ".join(
                 f"{name} = {value:.6g}"
                 for name, value in zip(self.linked, self._last_linked, strict=True)
             )
-            raise type(error)(
-                f"{error}, in the step of {piece:g} s from {begin:.9g} s under "
+            where = (
+                f"in the step of {piece:g} s from {begin:.9g} s under "
                 f"{values or 'no linked inputs'}; expected it to be taken: see whether inputs are "
                 "in range; where they grow, choose a shorter step or the method newton"
-            ) from error
-        if ended is not None and (ended[1] or ended[2]):  # FMI 3.0: it terminates, or stops early
-            raise CoSimulationError(
-                f"component {self.name!r} ended a step early, at {ended[3]:.9g} s; expected a "
-                f"step of {piece:g} s from {begin:.9g} s: choose a shorter step"
             )
+            kind = LostError if isinstance(error, LostError) else CoSimulationError
+            raise kind(f"{error}, {where}") from error
 
     def read(self) -> FloatArray:
         """Return the outputs, (n_outputs,).
@@ -203,7 +205,7 @@ class Component:
         Raises:
             CoSimulationError: one is not a finite number.
         """
-        values = self.slave.get_real(self._read) if self._read else []
+        values = self._outputs.get()
         if not all(map(math.isfinite, values)):
             name = self.outputs[int(np.argmin(np.isfinite(values)))]
             raise CoSimulationError(
@@ -215,24 +217,21 @@ class Component:
 
     def watch(self) -> list[float]:
         """Return the values of the watched variables; a Boolean is 0 or 1."""
-        return self._watch(self.slave) if self.watched else []
+        return self._watched.get()
 
     def _slopes(self) -> FloatArray:
         """Return the derivatives of the outputs by the linked inputs, (n_outputs, n_linked)."""
-        ask = self.slave.calls.getDirectionalDerivative
-        columns = [ask(self._read, [reference], [1.0]) for reference in self._linked]
-        return np.array(columns, dtype=np.float64).T.reshape(len(self._read), len(self._linked))
+        ask, unknown, known = self.instance.derivatives, self._outputs, self._linked
+        columns = [ask(unknown.references, reference) for reference in known.references]
+        return np.array(columns, dtype=np.float64).T.reshape(len(unknown), len(known))
 
     def starts(self) -> FloatArray:
         """Return the start values of the linked inputs, (n_linked,)."""
-        values = self.slave.get_real(self._linked) if self._linked else []
-        return np.array(values, dtype=np.float64)
+        return np.array(self._linked.get(), dtype=np.float64)
 
     def set_linked(self, values: FloatArray, start: float) -> None:
         """Set linked inputs, and the others at the start time in s."""
-        if self._set:
-            known = [course(start) for _, course in self.courses]
-            self.slave.set_real(self._set, [*values.tolist(), *known])
+        self._inputs.set([*values.tolist(), *(course(start) for _, course in self.courses)])
 
     def set_all(
         self, values: FloatArray, start: float, index: int | None, changes: Sequence[float]
@@ -241,24 +240,22 @@ class Component:
         all_ = [*values.tolist(), *(course(start) for _, course in self.courses)]
         if index is not None:
             all_[index] += changes[index] * (-1 if all_[index] > 0 else 1)
-        if self._set:
-            self.slave.set_real(self._set, all_)
+        self._inputs.set(all_)
 
     def begin(self) -> None:
         """Leave initialization, before which an FMU of ours may learn its past.
 
         Users may give other values of it.
         """
-        variables = self.description.modelVariables
-        names = {v.name: v.valueReference for v in variables}
         if self.knows_past:
+            variables = self.description.modelVariables
             inputs = [v.name for v in variables if v.causality == "input"]
-            first = self.slave.get_real([names[name] for name in inputs])
+            first = self.instance.variables(inputs).get()
             pairs = {INITIAL.replace("{signal}", k): u for k, u in zip(inputs, first, strict=True)}
             pairs[PREHISTORY_KNOWN] = 1.0
             pairs = {name: value for name, value in pairs.items() if name not in self.given}
-            self.slave.set_real([names[name] for name in pairs], list(pairs.values()))
-        self.slave.exit_initialization()
+            self.instance.variables(list(pairs)).set(list(pairs.values()))
+        self.instance.exit_initialization()
 
 
 def is_trained(reference: int) -> bool:
@@ -271,10 +268,24 @@ def is_ours(description: Any) -> bool:
     return str(description.generationTool or "").startswith(OURS)
 
 
+@contextmanager
+def instance_of(system: CoupledSystem, name: str) -> Iterator[Instance]:
+    """Instantiate the FMU of a component for the time of a ``with`` block.
+
+    Raises:
+        CoSimulationError: its library cannot be loaded, or it refuses a call.
+    """
+    with (
+        unpacked(system.paths[name]) as fmu,
+        instantiated(fmu, f"component {name!r}", name) as instance,
+    ):
+        yield instance
+
+
 def opened(
     system: CoupledSystem,
     name: str,
-    slave: ImportedSlave,
+    instance: Instance,
     inputs: Inputs,
     read: tuple[Sequence[str], Sequence[str]],
 ) -> Component:
@@ -285,11 +296,7 @@ def opened(
     """
     description = system.descriptions[name]
     linked = [link.target.variable for link in system.links if link.target.component == name]
-    courses = [
-        (int(system.variable(pin).valueReference), course)
-        for pin, course in system.courses.items()
-        if pin.component == name
-    ]
+    courses = [(pin.variable, one) for pin, one in system.courses.items() if pin.component == name]
     values = dict(system.parameters.get(name, {}))
     for way, value in ((AT_STEP_END, 1.0 if inputs == "reached" else 0.0), (HELD, 1.0)):
         if values.get(way, value) != value:
@@ -304,17 +311,12 @@ def opened(
         knows_past = asked or inputs == "reached"
         if asked:
             del values[PREHISTORY_KNOWN]  # ``begin`` sets it, once the first inputs are known
-    left = apply_start_values(slave.calls, description, values, settable_in_instantiated)
-    slave.enter_initialization(0.0)
-    if left:
-        raise ValueError(
-            f"component {name!r}: {sorted(left)} cannot be set before the start; expected "
-            "parameters or inputs"
-        )
-    found = Component(name, slave, description, linked, *read, courses, inputs)
-    found.knows_past = knows_past
-    found.own_step, found.given = fixed_step(description), list(values)
-    return found
+    instance.set_up(values)
+    instance.enter_initialization()
+    component = Component(name, instance, linked, *read, courses, inputs)
+    component.knows_past = knows_past
+    component.own_step, component.given = only_step(description), list(values)
+    return component
 
 
 def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
@@ -329,18 +331,9 @@ def inputs_of(system: CoupledSystem, name: str, plain: bool) -> Inputs:
         return "reached"
     ours = is_ours(description)
     slopes = getattr(description.coSimulation, "canInterpolateInputs", False)
-    if slopes and not ours and str(description.fmiVersion).startswith("2."):
+    if slopes and not ours and not is_fmi_3(description):
         return "sloped"
     return "held"
-
-
-def fixed_step(description: Any) -> float | None:
-    """Return the only step in s that an FMU takes; None if it takes any."""
-    kind = description.coSimulation
-    own = getattr(kind, "fixedInternalStepSize", None) or getattr(
-        description.defaultExperiment, "stepSize", None
-    )
-    return None if kind.canHandleVariableCommunicationStepSize or not own else float(own)
 
 
 def own_nodes(length: float, own: float) -> Nodes:

@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slide_fmu.apps.couple.component import LostError
 from slide_fmu.apps.couple.loop import SMALL, Loop
 from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError, LostError
 
 MOST_HALVINGS = 10
 """A step is halved at most this number of times, where no FMU sets a lower limit."""

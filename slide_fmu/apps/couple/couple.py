@@ -12,18 +12,17 @@ import numpy as np
 
 from slide_fmu.apps.couple.component import (
     Inputs,
-    fixed_step,
     inputs_of,
+    instance_of,
     is_ours,
     is_trained,
     opened,
 )
 from slide_fmu.apps.couple.control import MOST_HALVINGS, Control, Taken, run_steps
 from slide_fmu.apps.couple.initialization import initialized
-from slide_fmu.apps.couple.instance import instance_of
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
-from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
+from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.remarks import FILLED, TRUSTED, remarks_on
 from slide_fmu.apps.couple.result import Coupled, CoupledFigures
 from slide_fmu.apps.couple.structure import (
@@ -35,6 +34,7 @@ from slide_fmu.apps.couple.structure import (
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.importer.description import is_multiple, only_step
 
 
 def couple(  # noqa: PLR0913 - its options are the keywords that users read
@@ -113,9 +113,9 @@ def run_coupled(
             plain = options.method == "jacobi" and options.extrapolation == "zero"
             taken: Inputs = inputs_of(system, name, plain)
             taken = "reached" if name in options.moving else taken
-            slave = stack.enter_context(instance_of(system, name))
+            instance = stack.enter_context(instance_of(system, name))
             read = _sources(system, name), _watched(system, name, recorded)
-            components.append(opened(system, name, slave, taken, read))
+            components.append(opened(system, name, instance, taken, read))
         loop, remarks = initialized(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
@@ -124,7 +124,7 @@ def run_coupled(
         run = run_steps(loop, method, control, progress)
         seconds = clock.perf_counter() - began
         for one in components:
-            one.slave.terminate()
+            one.instance.terminate()
     remarks += remarks_on(system, options, components, run)
     values = _values(system, loop, recorded, run)
     units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
@@ -157,7 +157,7 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
     if unknown:
         raise ValueError(f"moving = {unknown}; expected some of {list(system.paths)}")
     for name in system.paths:
-        own = fixed_step(system.descriptions[name])
+        own = only_step(system.descriptions[name])
         if own is None:
             continue
         count = options.step / own
@@ -167,7 +167,7 @@ def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
                 f"component {name!r} takes only multiples of {own:g} s: choose 2, 4, 8 ... times "
                 "as much, or leave control out"
             )
-        if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
+        if not is_multiple(options.step, own):
             raise ValueError(
                 f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
                 f"component {name!r}, which takes no other one"
@@ -179,7 +179,7 @@ def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[tuple[int
 
     The shortest step is tried by two halves too. Without such FMUs a limit without a name counts.
     """
-    steps = {name: fixed_step(one) for name, one in system.descriptions.items()}
+    steps = {name: only_step(one) for name, one in system.descriptions.items()}
     counts = {name: round(options.step / own) for name, own in steps.items() if own is not None}
     halvings = [((count & -count).bit_length() - 2, name) for name, count in counts.items()]
     return [(MOST_HALVINGS, ""), *halvings]

@@ -11,7 +11,7 @@ from slide_fmu.apps.couple.component import Component, Nodes, own_nodes
 from slide_fmu.apps.couple.loop import Mix
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 
 GAUSS: Nodes = ((0.5 - 12**-0.5, 0.5), (0.5 + 12**-0.5, 0.5), (1.0, 0.0))
 """Nodes and weights of Gauss's quadrature with two points, which finds means of cubics."""

@@ -7,11 +7,10 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.component import Component, LostError, opened, range_of
-from slide_fmu.apps.couple.instance import instance_of
+from slide_fmu.apps.couple.component import Component, instance_of, opened, range_of
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError, LostError
 
 PART = 1e-3
 """Change of an input, as a part of its range, that shows whether outputs follow it."""
@@ -72,24 +71,24 @@ def require_true_states(
     names = system.names(one.name, "output")  # links or not: the result has them
     if not one.rolls_back or one.ours or not names:
         return
-    references = [system.variable(Pin(one.name, name)).valueReference for name in names]
+    outputs = one.instance.variables(names)
     changes, length = _changes(system, one, values), one.own_step or step
     inputs = [*one.linked, *_names_of_courses(system, one)]
-    state = one.slave.get_state()
-    begin, ends = np.array(one.slave.get_real(references)), []
+    state = one.instance.save()
+    begin, ends = np.array(outputs.get()), []
     try:
         for _ in range(2):
             one.set_all(values, 0.0, 0 if inputs else None, changes)
-            one.slave.calls.doStep(0.0, length, False)
-            ends.append(np.array(one.slave.get_real(references)))
-            one.slave.set_state(state)
+            one.step(0.0, length)
+            ends.append(np.array(outputs.get()))
+            one.instance.restore(state)
     except LostError:
         raise
     except CoSimulationError:  # such a step is refused here, which says nothing about states
-        one.slave.set_state(state)
+        one.instance.restore(state)
         return
     finally:
-        one.slave.free_state(state)
+        one.instance.free_state(state)
     first, second = ends
     moved = np.maximum(np.abs(first - begin), np.abs(second - begin))
     apart = np.abs(first - second)
@@ -169,12 +168,12 @@ def _in_steps(
     """
     own = component.own_step
     lengths = (step / APART, step / FAR_APART) if own is None else (2 * own, own)
-    state = component.slave.get_state()
+    state = component.instance.save()
 
     def read(length: float, index: int | None) -> FloatArray:
-        component.slave.set_state(state)
+        component.instance.restore(state)
         component.set_all(values, start, index, changes)
-        component.slave.calls.doStep(start, length, False)
+        component.step(start, length)
         return component.read()
 
     found = []
@@ -189,8 +188,8 @@ def _in_steps(
     except CoSimulationError:
         found = [False] * len(changes)
     finally:
-        component.slave.set_state(state)
-        component.slave.free_state(state)
+        component.instance.restore(state)
+        component.instance.free_state(state)
     return np.array(found, dtype=np.bool_)
 
 
@@ -230,14 +229,14 @@ def _soon_and_late(
     far, near = step / FAR_APART, step / APART - step / FAR_APART
     lengths = (far, near) if one.own_step is None else (one.own_step,) * 2
     time, found = 0.0, []
-    with instance_of(system, one.name) as slave:
-        copy = opened(system, one.name, slave, one.inputs, (one.outputs, ()))
+    with instance_of(system, one.name) as instance:
+        copy = opened(system, one.name, instance, one.inputs, (one.outputs, ()))
         copy.set_linked(values, 0.0)
         copy.begin()
         for length in lengths:
             copy.set_all(values, 0.0, *moved)
-            slave.calls.doStep(time, length, True)
+            copy.step(time, length)
             found.append(copy.read())
             time += length
-        slave.terminate()
+        instance.terminate()
     return np.array(found)

@@ -183,16 +183,16 @@ class Loop:
         assert at.slopes is not None
         for k in which:
             place, part, one = self.places[k], self.parts[k], self.components[k]
-            state = one.slave.get_state()
+            state = one.instance.save()
             for index in range(place.start, place.stop):
                 moved = now.copy()
                 moved[index] += (change := SLOPE_PART * self.sizes[index] or SLOPE_PART)
-                one.slave.set_state(state)
+                one.instance.restore(state)
                 found = one.advance(time, length, self.inputs[place], moved[place])
                 pairs = ((found.mean, at.mean), (found.end, at.end))
                 for rates, (new, old) in zip(at.slopes, pairs, strict=True):
                     rates[part, index] = (new - old[part]) / change
-            one.slave.free_state(state)
+            one.instance.free_state(state)
 
     def continued(self, length: float, linear: bool) -> FloatArray:
         """Return linked inputs of the next step, continued from outputs alone, (n_links,)."""
@@ -258,17 +258,17 @@ class Loop:
 
     def save(self, which: Collection[int]) -> dict[int, object]:
         """Return the states of some components."""
-        return {k: self.components[k].slave.get_state() for k in which}
+        return {k: self.components[k].instance.save() for k in which}
 
     def restore(self, states: dict[int, object]) -> None:
         """Go back to these states."""
         for k, state in states.items():
-            self.components[k].slave.set_state(state)
+            self.components[k].instance.restore(state)
 
     def free(self, states: dict[int, object]) -> None:
         """Forget these states."""
         for k, state in states.items():
-            self.components[k].slave.free_state(state)
+            self.components[k].instance.free_state(state)
 
     def watch(self) -> list[float]:
         """Return the values of all watched variables at the present time."""

@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.apps.couple.component import StepOutputs
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 
 FIRST_RELAXATION = 0.5
 """Part of its correction that the fixed point takes first; Aitken's rule finds the next ones."""

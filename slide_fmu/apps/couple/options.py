@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.importer.description import is_multiple
+
 EXPLICIT, IMPLICIT = ("jacobi", "gauss_seidel"), ("fixed_point", "newton")
 """Names of the methods."""
 
@@ -26,9 +28,6 @@ MOST_TOLERANCE = 0.01
 
 MOST_STEPS = 1e8
 """Largest number of steps of a run."""
-
-WHOLE = 1e-6
-"""Allowed rounding of a step from a multiple of an FMU's own step, or of the end of the run."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def _require_count(step: float, stop: float) -> None:
             f"step = {step:g} s takes {count:.3g} steps up to stop = {stop:g} s; expected at most "
             f"{MOST_STEPS:g}: choose a longer step"
         )
-    if abs(count - round(count)) > WHOLE * max(1.0, count) or round(count) < 1:
+    if not is_multiple(stop, step):
         raise ValueError(
             f"stop = {stop:g} s is {count:.6g} steps of {step:g} s; expected a whole number of "
             "steps: change one of them"

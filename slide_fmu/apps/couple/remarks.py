@@ -8,11 +8,12 @@ import numpy as np
 
 from slide_fmu.apps.couple.component import Component, is_ours
 from slide_fmu.apps.couple.control import Taken
-from slide_fmu.apps.couple.options import IMPLICIT, WHOLE, CouplingOptions
+from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin, ValueTable, declared
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.variables import AT_STEP_END
+from slide_fmu.importer.description import WHOLE
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""

@@ -14,11 +14,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from slide_fmu.apps.couple.structure import BOOLEAN, REALS, CoupledSystem, Pin, coupled_system
+from slide_fmu.apps.couple.structure import BOOLEAN, CoupledSystem, Pin, coupled_system
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.ssp import DESCRIPTION, STRUCTURE, Connection, write_system
 from slide_fmu.cosim.ssv import parameters_of, units_of
+from slide_fmu.importer.description import REALS
 
 SSD = f"{{{DESCRIPTION}}}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"

@@ -13,12 +13,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.cosim.importer import read_description
-from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.export import FmuError
-
-REALS = ("Real", "Float64")
-"""Types of variables that can be connected."""
+from slide_fmu.importer.description import REALS, is_known_version, read_description
+from slide_fmu.importer.errors import CoSimulationError, FmuError
 
 BOOLEAN = "Boolean"
 """Type of flags, which can be recorded."""
@@ -224,7 +220,7 @@ def _description(name: str, path: Path) -> Any:
         found = read_description(path, validate=False)
     except FmuError as error:
         raise FmuError(f"component {name!r}: {error}") from None
-    if str(found.fmiVersion)[:2] not in ("2.", "3.") or found.coSimulation is None:
+    if not is_known_version(found) or found.coSimulation is None:
         kind = "model exchange" if found.modelExchange is not None else "another interface"
         raise CoSimulationError(
             f"component {name!r}: {path.name} is of FMI {found.fmiVersion}, for {kind}; expected "

@@ -13,12 +13,12 @@ from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray, cosines_of
-from slide_fmu.cosim.importer import read_description
 from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.description.variables import HELD
 from slide_fmu.fmu.export import Provenance, export_fmu, read_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
+from slide_fmu.importer.description import read_description
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe

@@ -1,11 +1,9 @@
-"""This module reads files of FMUs, and unpacks them once in every process."""
+"""This module reads files of FMUs that can be reference systems."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal, cast
 
@@ -13,16 +11,23 @@ import fmpy
 from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
 from pydantic import ConfigDict, Field, ValidationError
 
-from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.mistakes import mistakes
 from slide_fmu.core.toml_table import Table
-from slide_fmu.core.unpacking import UnpackingError, unpack
 from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.importer.description import (
+    Interface,
+    is_fmi_3,
+    is_known_version,
+    named_step,
+    offered_interfaces,
+    read_description,
+    takes_any_step,
+)
+from slide_fmu.importer.errors import FmuError
 from slide_fmu.systems.declared import Parameter
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.user_code import find_file
 
-Interface = Literal["co_simulation", "model_exchange"]
 Solver = Literal["CVode", "Euler"]
 
 
@@ -76,18 +81,18 @@ class FmuFile:
     @property
     def fmi_3(self) -> bool:
         """Tell whether it is of FMI 3.0, else of FMI 2.0."""
-        return str(self.description.fmiVersion).startswith("3.")
+        return is_fmi_3(self.description)
 
     @property
-    def type(self) -> CoSimulation | ModelExchange:
-        """Give what the model description says about the interface that is used."""
-        found = offered_interfaces(self.description)[self.interface]
-        return cast("CoSimulation | ModelExchange", found)
+    def offer(self) -> CoSimulation | ModelExchange:
+        """What the model description says about the interface that is used."""
+        offer = offered_interfaces(self.description)[self.interface]
+        return cast("CoSimulation | ModelExchange", offer)
 
     @property
     def interpolates(self) -> bool:
         """Tell whether it takes the slopes of its inputs in co-simulation, as of FMI 2.0 alone."""
-        return not self.fmi_3 and bool(getattr(self.type, "canInterpolateInputs", False))
+        return not self.fmi_3 and bool(getattr(self.offer, "canInterpolateInputs", False))
 
     @property
     def is_continuous(self) -> bool:
@@ -107,12 +112,21 @@ class FmuFile:
     @property
     def own_step(self) -> float | None:
         """The step in s that the user names, or the FMU: its internal one, or its experiment's."""
-        if self.options.step is not None:
-            return self.options.step
-        internal = getattr(self.type, "fixedInternalStepSize", None)
-        experiment = getattr(self.description.defaultExperiment, "stepSize", None)
-        step = float(internal or experiment or 0.0)
-        return step if step > 0.0 else None
+        return self.options.step or named_step(self.description)
+
+    @property
+    def takes_any_step(self) -> bool:
+        """Tell whether an importer may choose the steps; a solver of model exchange may."""
+        return self.interface == "model_exchange" or takes_any_step(self.description)
+
+    @property
+    def importer_step(self) -> float | None:
+        """The step in s by which an importer runs it, its inputs held over each.
+
+        It is the one that the user names, or the only one that the FMU takes; None if it may be
+        any, so that its inputs move as smoothly as ``fmu-substeps`` show.
+        """
+        return self.options.step if self.takes_any_step else self.own_step
 
     @property
     def held_step(self) -> float | None:
@@ -147,54 +161,16 @@ def read_fmu_file(model: str, options: FmuOptions) -> FmuFile:
     label = f"FMU {model!r}"
     path = find_file(label, model)
     try:
-        with path.open("rb") as file:  # fmpy does not close a file that it cannot read
-            description = fmpy.read_model_description(file, validate=False)
-    except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
+        description = read_description(path, validate=False)
+    except FmuError as error:
+        raise LoadError(f"{label}: {error}") from error
+    if not is_known_version(description):
         raise LoadError(
-            f"{label} is not an FMU that can be read: {error}; expected one of FMI 2.0 or 3.0"
-        ) from error
-    if str(description.fmiVersion)[:2] not in ("2.", "3."):
-        raise LoadError(
-            f"{label} is of FMI {description.fmiVersion}; expected FMI 2.0 or 3.0: export it anew"
+            f"{label} is of FMI {description.fmiVersion}; expected FMI 2.0 or 3.0: export it again"
         )
-    found = FmuFile(path, description, _choose(label, description, options.interface), options)
-    _require_library(label, found)
-    return found
-
-
-def unpacked(file: FmuFile) -> str:
-    """Give the folder of an FMU, unpacked once in every process and removed when that ends.
-
-    Raises:
-        LoadError: it cannot be unpacked.
-        FullDiskError: there is no room for its files.
-    """
-    stamp = file.path.stat()
-    return _unpacked(file.path, stamp.st_mtime_ns, stamp.st_size).name
-
-
-@cache
-def _unpacked(path: Path, modified: int, size: int) -> tempfile.TemporaryDirectory[str]:
-    """Unpack a file; another one of its name has another time or size."""
-    folder = tempfile.TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True)
-    try:
-        unpack(path, folder.name)
-    except FullDiskError:
-        folder.cleanup()
-        raise
-    except UnpackingError as error:
-        folder.cleanup()
-        raise LoadError(f"FMU {str(path)!r} cannot be unpacked: {error}") from error
-    return folder
-
-
-def offered_interfaces(description: ModelDescription) -> dict[Interface, object]:
-    """Give what an FMU says of its interfaces; the one comes first that nobody need choose."""
-    found: dict[Interface, object] = {
-        "co_simulation": description.coSimulation,
-        "model_exchange": description.modelExchange,
-    }
-    return {name: type_ for name, type_ in found.items() if type_ is not None}
+    file = FmuFile(path, description, _choose(label, description, options.interface), options)
+    _require_library(label, file)
+    return file
 
 
 def _choose(label: str, description: ModelDescription, wanted: Interface | None) -> Interface:
@@ -215,7 +191,7 @@ def _choose(label: str, description: ModelDescription, wanted: Interface | None)
 def _require_library(label: str, file: FmuFile) -> None:
     """Refuse an FMU that has no library for this platform."""
     platform = fmpy.platform_tuple if file.fmi_3 else fmpy.platform
-    library = f"{file.type.modelIdentifier}{fmpy.sharedLibraryExtension}"
+    library = f"{file.offer.modelIdentifier}{fmpy.sharedLibraryExtension}"
     with open_archive(file.path) as archive:
         names = archive.namelist()
     if f"binaries/{platform}/{library}" in names:

@@ -6,12 +6,12 @@ units, ranges and parameters are those of the model description.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, hold_of
+from slide_fmu.importer.description import is_multiple, named_step, offered_interfaces
 from slide_fmu.systems.base import (
     Jumping,
     Linearizable,
@@ -26,7 +26,6 @@ from slide_fmu.systems.fmu.file import (
     PREFIX,
     FmuFile,
     FmuOptions,
-    offered_interfaces,
     read_fmu_file,
     split_options,
 )
@@ -70,17 +69,29 @@ def make(specification: Specification) -> System:
 
 def _require_whole_steps(label: str, plan: Plan) -> None:
     """Refuse steps of an importer that do not fill a sample step, or that nobody takes."""
-    own = plan.file.options.step
-    if own is None:
-        return
-    if plan.file.interface != "co_simulation":
+    file, told = plan.file, plan.file.options.step
+    if told is not None and file.interface != "co_simulation":
         raise LoadError(
-            f"{label}: fmu-step = {own:g} with model exchange; expected co-simulation, whose "
+            f"{label}: fmu-step = {told:g} with model exchange; expected co-simulation, whose "
             "inputs are held over steps: remove fmu-step"
         )
-    if not math.isclose(plan.stairs * own, plan.step, rel_tol=1e-6):
+    own = file.importer_step
+    if own is None and not file.takes_any_step:
         raise LoadError(
-            f"{label}: fmu-step = {own:g} s, of which {plan.step / own:.6g} fill {plan.step:g} s; "
+            f"{label} takes steps of one length alone (canHandleVariableCommunicationStepSize), "
+            "and does not name it; expected this step in s: give fmu-step = SECONDS in "
+            "system.parameters (init --fmu-step SECONDS)"
+        )
+    declared = None if file.takes_any_step else named_step(file.description)
+    if told is not None and declared is not None and not is_multiple(told, declared):
+        raise LoadError(
+            f"{label}: fmu-step = {told:g} s; expected a multiple of {declared:g} s, since it "
+            "takes no other steps (canHandleVariableCommunicationStepSize)"
+        )
+    if own is not None and not is_multiple(plan.step, own):
+        key = "the FMU's only step" if told is None else "fmu-step"
+        raise LoadError(
+            f"{label}: {key} = {own:g} s, of which {plan.step / own:.6g} fill {plan.step:g} s; "
             "expected a whole number in window.step, and in the part of it that data.substeps "
             "makes: change one of the three"
         )
@@ -125,7 +136,7 @@ def _solver_of(plan: Plan) -> tuple[str, dict[str, float]]:
     experiment = getattr(file.description.defaultExperiment, "tolerance", None)
     if own := options.tolerance or float(experiment or 0.0):
         found[tolerance] = own
-    if plan.ramped and not file.interpolates and options.step is None:
+    if plan.ramped and not file.interpolates and file.importer_step is None:
         found[substeps] = options.substeps
     return "the FMU's own solver", found
 
@@ -257,14 +268,14 @@ def _remarks_on(file: FmuFile) -> tuple[str, ...]:
         remarks += [solver, states]
     else:
         remarks.append("its states are not known: a motion leads in instead of initial states")
-    if file.type.needsExecutionTool:
+    if file.offer.needsExecutionTool:
         remarks.append("it needs the tool that made it where it is simulated")
     return tuple(remarks)
 
 
 def _remark_on_inputs(file: FmuFile, hold: Hold) -> str:
     """Say how inputs of a hold act between samples, and what that takes."""
-    own = file.options.step
+    own, told = file.importer_step, file.options.step is not None
     if hold == "zero_order":
         hint = 'hold = "first_order" in system.inputs lets them move linearly'
         by = "" if own is None else f", in which the FMU does steps of {own:g} s"
@@ -272,15 +283,18 @@ def _remark_on_inputs(file: FmuFile, hold: Hold) -> str:
     way = "its inputs move linearly from sample to sample"
     if file.interface == "model_exchange":
         return way
-    if own is not None:
+    if told:
         return (
             f"its inputs are held over each of its steps of {own:g} s, as they are when it begins "
             f"({PREFIX}step)"
         )
     if file.interpolates:
         return f"{way}, by their derivatives"
+    stairs = f"as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps)"
+    if own is not None:
+        stairs = f"as stairs, each a step of the FMU of {own:g} s, which takes no other ones"
     return (
-        f"{way}, as {file.options.substeps} stairs, each a step of the FMU ({PREFIX}substeps); "
+        f"{way}, {stairs}; "
         "outputs that it computes from its inputs in its steps see the middle of the last stair. "
         "Where it is run by steps over which its inputs are held, it is late by half a step: "
         f"{PREFIX}step = SECONDS (init --fmu-step) makes a surrogate of that"

@@ -7,10 +7,10 @@ from contextlib import suppress
 from typing import final
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import fmi2Fatal
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.importer.instance import FailedCallError
+from slide_fmu.importer.log import SHOWN
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.fmu.steps import FmuSteps
 from slide_fmu.systems.specification import values_text
@@ -19,7 +19,7 @@ COMPARED = 1000, 20
 """An instance is trusted to reset itself if that many samples at most, and that many at least, of
 its first record come out the same after a reset."""
 
-FAILURES = (FMICallException, RuntimeError, OSError)
+FAILURES = (RuntimeError, OSError)
 """Exceptions of calls of an FMU and of fmpy's solver."""
 
 
@@ -61,6 +61,8 @@ class Runs:
             LoadError: the FMU cannot be instantiated.
             SimulationError: it cannot be initialized.
         """
+        if self._steps is not None and not self._steps.instance.usable:
+            self._drop()  # another instance of an FMU that allows one alone took its place
         if self._steps is not None and self._resets is None:
             self._resets = self._replays()
         if self._steps is not None and self._resets and self._reset(held):
@@ -104,16 +106,13 @@ class Runs:
         self._seen = []
 
     def _initialize(self, held: FloatArray) -> None:
-        steps = self.steps
-        steps.instance.messages.clear()
-        steps.instance.initialize(held)
-        steps.begin(held)
+        self.steps.initialize(held)
         self._last, self._number = held, 0
 
     def _reset(self, held: FloatArray) -> bool:
         """Begin a run with the same instance; give whether that worked."""
         try:
-            self.steps.instance.calls.reset()
+            self.steps.instance.reset()
             self._initialize(held)
         except FAILURES:
             self._resets = False
@@ -136,7 +135,7 @@ class Runs:
         return False
 
     def _read(self, time: float, inputs: FloatArray) -> FloatArray:
-        outputs = self._guarded(time, inputs, self.steps.instance.outputs)
+        outputs = self._guarded(time, inputs, lambda: np.array(self.steps.outputs.get()))
         broken = np.flatnonzero(~np.isfinite(outputs))
         if broken.size:
             signal = self.steps.plan.outputs[broken[0]]
@@ -154,9 +153,11 @@ class Runs:
         try:
             result = call()
         except FAILURES as error:
-            if getattr(error, "status", None) == fmi2Fatal:  # not even to be freed
-                self.steps.instance.free.detach()
-            raise self._failed(time, inputs, str(error), hint) from error
+            logged = "; ".join(self.steps.instance.messages[-SHOWN:])
+            reason = f"{error}{': ' + logged if logged else ''}"
+            if isinstance(error, FailedCallError):  # it has what was logged
+                reason = error.reason
+            raise self._failed(time, inputs, reason, hint) from error
         return np.empty(0) if result is None else result
 
     def _failed(
@@ -164,10 +165,9 @@ class Runs:
     ) -> SimulationError:
         steps = self.steps
         plan = steps.plan
-        logged = "; ".join(steps.instance.messages[-3:])
         text = (
-            f"FMU {plan.file.path.name!r} failed at t = {time:.6g} s with "
-            f"{values_text(plan.inputs, inputs)}: {reason}{': ' + logged if logged else ''}"
+            f"FMU {plan.file.path.name!r} failed at t = {steps.instance.begin + time:.6g} s with "
+            f"{values_text(plan.inputs, inputs)}: {reason}"
         )
         self._drop()
         return SimulationError(text + hint, time)

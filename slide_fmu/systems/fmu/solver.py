@@ -7,12 +7,12 @@ from ctypes import c_double
 from typing import Any, final
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from fmpy.simulation import ForwardEuler
 from fmpy.sundials import CVodeSolver
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.systems.fmu.steps import FmuSteps, Plan, StoppedError
+from slide_fmu.importer.errors import CoSimulationError
+from slide_fmu.systems.fmu.steps import FmuSteps, Plan
 from slide_fmu.systems.function.equilibrium import state_matrix
 
 TOLERANCE = 1e-8
@@ -25,22 +25,26 @@ MOST_PARTS = 10_000
 ENDED = "the FMU asks for the end of the simulation"
 
 
+class StoppedError(RuntimeError):
+    """An FMU does not go on, although its calls report no error."""
+
+
 class _CVode(CVodeSolver):  # type: ignore[misc]  # fmpy has no types
     """This CVode of fmpy learns when the FMU cannot evaluate its equations."""
 
-    failure: FMICallException | None = None
+    failure: CoSimulationError | None = None
 
     def f(self, t: float, y: Any, ydot: Any, user_data: Any) -> int:
         try:
             return int(super().f(t, y, ydot, user_data))
-        except FMICallException as error:  # it would be lost on its way through CVode
+        except CoSimulationError as error:  # it would be lost on its way through CVode
             self.failure = error
             return 1  # "recoverable": CVode tries a shorter step
 
     def g(self, t: float, y: Any, gout: Any, user_data: Any) -> int:
         try:
             return int(super().g(t, y, gout, user_data))
-        except FMICallException as error:
+        except CoSimulationError as error:
             self.failure = error
             return -1
 
@@ -55,18 +59,18 @@ class SolverSteps(FmuSteps):
     def __init__(self, plan: Plan) -> None:
         super().__init__(plan)
         self._solver: Any = None
-        self._time, self._next_event = 0.0, math.inf
+        self._time, self._next_event = self.instance.begin, math.inf
         self._reached = np.zeros(len(plan.inputs))
-        self._move(0.0, np.zeros(len(plan.inputs)))
+        self._move(self._time, np.zeros(len(plan.inputs)))
 
     def begin(self, held: FloatArray) -> None:
-        self._time = 0.0
-        self._move(0.0, held)
+        self._time = self.instance.begin
+        self._move(self._time, held)
         self._update_discrete_states()
         self._solver = self._make_solver()
 
     def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
-        begin, end = number * self.plan.step, (number + 1) * self.plan.step
+        begin, end = self.time(number), self.time(number + 1)
         if self.plan.ramped:
             jumped = number > 0 and not np.array_equal(before, self._reached)
             self._move(begin, before, (now - before) / self.plan.step)
@@ -93,7 +97,7 @@ class SolverSteps(FmuSteps):
 
     def _go_on(self, end: float) -> None:
         """Integrate up to the next event or the end of the sample step, and handle the event."""
-        options, type_ = self.plan.file.options, self.plan.file.type
+        options, offer = self.plan.file.options, self.plan.file.offer
         target = min(end, max(self._next_event, self._time))
         if options.solver == "Euler":
             target = min(target, self._time + self.plan.step / options.substeps)
@@ -101,7 +105,7 @@ class SolverSteps(FmuSteps):
         if target > self._time:
             happened = self._integrate(target)
         self._set_time(self._time)
-        if getattr(type_, "needsCompletedIntegratorStep", False):
+        if getattr(offer, "needsCompletedIntegratorStep", False):
             wanted, terminate = self.instance.calls.completedIntegratorStep()
             happened = happened or wanted
         if terminate:
@@ -144,7 +148,7 @@ class SolverSteps(FmuSteps):
 
     def _set_inputs(self, time: float) -> None:
         begin, ways = self._way  # plain numbers: this is done at every evaluation
-        self.instance.set_inputs([value + (time - begin) * slope for value, slope in ways])
+        self.inputs.set([value + (time - begin) * slope for value, slope in ways])
 
     def apply(self, time: float) -> None:
         """Set the inputs that belong to a time; fmpy's solvers call it."""
@@ -167,7 +171,7 @@ class SolverSteps(FmuSteps):
             **given,
             get_nominals=calls.getNominalsOfContinuousStates,
             set_time=self._set_time,
-            startTime=0.0,
+            startTime=self.instance.begin,
             maxStep=self.plan.step,
             relativeTolerance=options.tolerance or TOLERANCE,
             maxNumSteps=MOST_PARTS,
@@ -196,10 +200,10 @@ class SolverSteps(FmuSteps):
         where it was. The shape is (n_states, n_states).
         """
         before = self.states()
-        self.instance.set_inputs(inputs)
+        self.inputs.set(inputs.tolist())
         self.start_at(states)
         file = self.plan.file
-        if not file.fmi_3 and file.type.providesDirectionalDerivative:  # fmpy hides it in FMI 3.0
+        if not file.fmi_3 and file.offer.providesDirectionalDerivative:  # fmpy hides it in FMI 3.0
             matrix = self._given_matrix(len(states))
         else:
             nominals = self._got(self.instance.calls.getNominalsOfContinuousStates)

@@ -5,16 +5,15 @@ from __future__ import annotations
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.importer.errors import CoSimulationError
+from slide_fmu.importer.file import UnpackedFmu, folder_of_process
+from slide_fmu.importer.instance import Instance
 from slide_fmu.systems.declared import Parameter
+from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.fmu.file import FmuFile
-from slide_fmu.systems.fmu.instance import Instance
-
-
-class StoppedError(RuntimeError):
-    """An FMU does not go on, although its calls report no error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,30 +41,58 @@ class Plan:
     @property
     def stairs(self) -> int:
         """The number of stairs that a moving input climbs in a sample step."""
-        options = self.file.options
-        return options.substeps if options.step is None else round(self.step / options.step)
+        step = self.file.importer_step
+        return self.file.options.substeps if step is None else round(self.step / step)
 
     def instance(self) -> Instance:
-        """Make an instance; raises a LoadError where that fails."""
-        return Instance(self.file, self.inputs, self.outputs, self.parameters)
+        """Make an instance.
+
+        Raises:
+            LoadError: its library cannot be loaded, or it refuses to be instantiated.
+        """
+        file = self.file
+        try:
+            folder = folder_of_process(file.path)
+            fmu = UnpackedFmu(file.path, folder, file.description, file.interface)
+            return Instance(fmu, f"FMU {file.path.name!r}")
+        except CoSimulationError as error:
+            raise LoadError(str(error)) from error
 
 
 class FmuSteps(abc.ABC):
-    """FmuSteps take an initialized instance from sample to sample. Interface: never instantiated.
+    """FmuSteps take an instance from sample to sample. Interface: never instantiated.
 
-    Calls that fail raise fmpy's ``FMICallException``, and a ``RuntimeError`` if the solver fails.
+    Calls that fail raise a ``CoSimulationError``, a solver that fails another ``RuntimeError``.
 
     Attributes:
         plan: how the FMU is simulated.
         instance: the instance that is.
+        inputs, outputs: its signals.
     """
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.instance = plan, plan.instance()
+        self.inputs = self.instance.variables([signal.name for signal in plan.inputs])
+        self.outputs = self.instance.variables([signal.name for signal in plan.outputs])
+
+    def initialize(self, held: FloatArray) -> None:
+        """Initialize the instance under inputs that have always acted, (n_inputs,)."""
+        instance, first = self.instance, held.tolist()
+        instance.messages.clear()
+        instance.set_up(self.plan.parameters, tolerance=self.plan.file.options.tolerance)
+        self.inputs.set(first)
+        instance.enter_initialization()
+        self.inputs.set(first)
+        instance.exit_initialization()
+        self.begin(held)
+
+    def time(self, number: int) -> float:
+        """Return the time of a sample in s, for the FMU."""
+        return self.instance.begin + number * self.plan.step
 
     @abc.abstractmethod
     def begin(self, held: FloatArray) -> None:
-        """Go to time 0 with the instance just initialized under these inputs, (n_inputs,)."""
+        """Go on from the initialization under these inputs, (n_inputs,)."""
 
     @abc.abstractmethod
     def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
@@ -84,18 +111,17 @@ class CoSimulationSteps(FmuSteps):
         """Nothing is left to do after the initialization."""
 
     def advance(self, number: int, before: FloatArray, now: FloatArray) -> None:
-        step, instance = self.plan.step, self.instance
-        begin = number * step
-        own = self.plan.file.options.step
+        step, instance, begin = self.plan.step, self.instance, self.time(number)
+        by_importer = self.plan.file.options.step is not None
         if not self.plan.ramped:
-            instance.set_inputs(now)
-            count = 1 if own is None else self.plan.stairs
+            self.inputs.set(now.tolist())
+            count = self.plan.stairs if by_importer else 1
             for k in range(count):
-                self._do_step(begin + k * step / count, step / count)
-        elif own is None and self.plan.file.interpolates:
-            instance.set_inputs(before)
-            instance.set_slopes((now - before) / step)
-            self._do_step(begin, step)
+                instance.do_step(begin + k * step / count, step / count)
+        elif not by_importer and self.plan.file.interpolates:
+            self.inputs.set(before.tolist())
+            instance.set_slopes(self.inputs.references, ((now - before) / step).tolist())
+            instance.do_step(begin, step)
         else:
             self._climb(begin, before, now)
 
@@ -108,15 +134,6 @@ class CoSimulationSteps(FmuSteps):
         part = self.plan.step / count
         within = 0.5 if self.plan.file.options.step is None else 0.0
         for k in range(count):
-            self.instance.set_inputs(before + (k + within) / count * (now - before))
-            self._do_step(begin + k * part, part)
-        self.instance.set_inputs(now)  # for outputs that follow the inputs without delay
-
-    def _do_step(self, begin: float, length: float) -> None:
-        done: Any = self.instance.calls.doStep(begin, length)
-        if done is None:  # FMI 2.0
-            return
-        _, terminate, early, reached = done
-        if terminate or early:
-            what = "asks for the end of the simulation" if terminate else "returned early"
-            raise StoppedError(f"fmi3DoStep {what} at t = {reached:g} s")
+            self.inputs.set((before + (k + within) / count * (now - before)).tolist())
+            self.instance.do_step(begin + k * part, part)
+        self.inputs.set(now.tolist())  # for outputs that follow the inputs without delay

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.component import opened
+from slide_fmu.apps.couple.component import instance_of, opened
 from slide_fmu.apps.couple.initialization import initialized
-from slide_fmu.apps.couple.instance import instance_of
 from slide_fmu.apps.couple.options import CouplingOptions
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.couple.structure import coupled_system
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from tests.own_models.halves.cut_car import (
     KNOT,
     LINKS,
@@ -125,8 +124,8 @@ def test_sizes_of_a_rejected_step_do_not_stay(halves: dict[str, Path]) -> None:
     with ExitStack() as stack:
         components = []
         for name, taken, read in (("lower", "reached", "force"), ("upper", "held", "position")):
-            slave = stack.enter_context(instance_of(system, name))
-            components.append(opened(system, name, slave, taken, ([read], [])))
+            instance = stack.enter_context(instance_of(system, name))
+            components.append(opened(system, name, instance, taken, ([read], [])))
         loop, _ = initialized(system, components, options)
         loop.sizes = np.array([1.0, 0.0])
         mark = loop.mark()

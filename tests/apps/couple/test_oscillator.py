@@ -14,7 +14,7 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.core.files import write_zip
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from tests.acceptance.conftest import invoke
 from tests.python_fmus import write_python_fmu
 from tests.refusals import refused

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
 
 import slide_fmu as slide
 from slide_fmu.apps.couple.structure import (
@@ -20,8 +18,8 @@ from slide_fmu.apps.couple.structure import (
     require_equal_units,
 )
 from slide_fmu.core.files import write_zip
-from slide_fmu.cosim.run import CoSimulationError
-from slide_fmu.fmu.export import FmuError
+from slide_fmu.importer.errors import CoSimulationError, FmuError
+from slide_fmu.importer.instance import GuardedCalls
 from tests.own_models.halves.cut_car import LINKS
 from tests.own_models.quarter_car import build_in_c
 from tests.refusals import refused
@@ -82,15 +80,15 @@ def test_wrong_option_is_refused(
 def test_call_that_is_refused_without_a_reason_names_its_component(
     call: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = FMU2Slave._call
+    real = GuardedCalls.__call__
 
-    def refuse(slave: FMU2Slave, name: str, *arguments: Any) -> Any:
-        if slave.instanceName == "one" and name == call:
-            raise FMICallException(call, 3)
-        return real(slave, name, *arguments)
+    def refuse(calls: GuardedCalls, name: str, *arguments: Any) -> Any:
+        if calls.label == "component 'one'" and name == call:
+            raise calls.failed(name, 3)
+        return real(calls, name, *arguments)
 
-    monkeypatch.setattr(FMU2Slave, "_call", refuse)
-    with refused(CoSimulationError, "component 'one' refuses", call, "run this FMU alone"):
+    monkeypatch.setattr(GuardedCalls, "__call__", refuse)
+    with refused(CoSimulationError, "component 'one'", call, "run this FMU alone"):
         slide.couple({"one": DUFFING, "two": DUFFING}, [], step=0.03, stop=0.3)
 
 

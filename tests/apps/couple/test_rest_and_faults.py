@@ -12,7 +12,7 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.apps.couple.result import Coupled
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from tests.apps.couple.test_oscillator import LINKS, OWN_MODELS, run, written
 from tests.python_fmus import write_python_fmu
 from tests.refusals import refused
@@ -149,7 +149,7 @@ def test_fmu_is_not_called_again_after_a_fatal_error(
         [sys.executable, "-c", FAILS, given], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("CoSimulationError component 'mass' refuses a call: fmi2DoStep")
+    assert done.stdout.startswith("CoSimulationError component 'mass': fmi2DoStep failed")
     assert "force = " in done.stdout
 
 

@@ -10,7 +10,7 @@ import slide_fmu as slide
 from slide_fmu.apps.couple.result import Coupled
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.signals import Hold
-from slide_fmu.cosim.run import CoSimulationError
+from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.specification import Specification
 from tests.refusals import refused

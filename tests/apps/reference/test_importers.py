@@ -19,8 +19,9 @@ from fmpy.ssp.ssd import read_ssd
 from fmpy.validation import validate_fmu
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.run import instantiated, unpacked
 from slide_fmu.cosim.ssp import Connection, write_system
+from slide_fmu.importer.file import unpacked
+from slide_fmu.importer.instance import instantiated
 from tests.acceptance.conftest import invoke
 from tests.acceptance.controller import build_controller, force_at
 from tests.acceptance.importers import (

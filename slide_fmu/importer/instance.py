@@ -1,0 +1,409 @@
+"""An instance of an FMU, of either standard and interface, has calls of one name."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import chdir, contextmanager
+from ctypes import byref, c_bool, c_double, c_float, c_int
+from pathlib import Path
+from typing import Any, final
+
+import fmpy
+from fmpy import fmi2, fmi3
+from fmpy.model_description import ModelVariable
+from fmpy.simulation import (
+    apply_start_values,
+    settable_in_initialization_mode,
+    settable_in_instantiated,
+)
+
+from slide_fmu.importer.description import is_fmi_3, start_time
+from slide_fmu.importer.errors import CoSimulationError, LostError
+from slide_fmu.importer.file import UnpackedFmu
+from slide_fmu.importer.log import SHOWN, callbacks_of_fmi2, logger
+
+_CLASSES = {
+    ("co_simulation", False): fmi2.FMU2Slave,
+    ("co_simulation", True): fmi3.FMU3Slave,
+    ("model_exchange", False): fmi2.FMU2Model,
+    ("model_exchange", True): fmi3.FMU3Model,
+}
+
+_C_TYPES: Mapping[tuple[str, bool], Any] = {
+    ("Real", False): c_double,
+    ("Boolean", False): c_int,
+    ("Float64", True): c_double,
+    ("Float32", True): c_float,
+    ("Boolean", True): c_bool,
+}
+"""Type of C of the variables that are set and got as numbers, by type and whether of FMI 3.0."""
+
+STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
+"""Names of the statuses of calls in FMI 2.0 and 3.0, in the order of their numbers."""
+
+
+class FailedCallError(CoSimulationError):
+    """A FailedCallError tells which call of an FMU failed, and what the FMU logged.
+
+    Attributes:
+        reason: the message without the name of the FMU.
+    """
+
+    def __init__(self, label: str, reason: str) -> None:
+        super().__init__(f"{label}: {reason}")
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Errors are sent to other processes."""
+        label = str(self).removesuffix(f": {self.reason}")
+        return type(self), (label, self.reason)
+
+
+class LostCallError(FailedCallError, LostError):
+    """A LostCallError tells the same of a call that ended with a fatal error."""
+
+
+@final
+class Instance:
+    """An Instance is an FMU in memory, before or after its initialization.
+
+    A call that fails raises a ``CoSimulationError`` with the label, the call and what the FMU
+    logged. After a fatal error no call is allowed any more (FMI 2.0.5, section 2.1.3): none is
+    made. Times are in s.
+
+    Attributes:
+        fmu: the FMU.
+        label: begins messages.
+        calls: fmpy's object, which has all calls of its standard.
+        messages: what the FMU logged as warning or worse.
+        begin: the time in s at which it begins, in its default experiment.
+
+    Args:
+        fmu: the unpacked FMU.
+        label: ``"FILE.fmu"`` by default.
+        name: of the instance, for the FMU; that of the model by default.
+
+    Raises:
+        CoSimulationError: its library cannot be loaded, or it refuses to be instantiated.
+    """
+
+    def __init__(
+        self, fmu: UnpackedFmu, label: str | None = None, name: str | None = None
+    ) -> None:
+        self.fmu, self.label = fmu, label or fmu.path.name
+        self.fmi_3 = is_fmi_3(fmu.description)
+        self.begin = start_time(fmu.description)
+        self.messages: list[str] = []
+        _withdraw_other(fmu)
+        self.calls = self._instantiate(name or fmu.description.modelName or fmu.path.stem)
+        guard = GuardedCalls(self.label, self.calls._functions, self.messages)
+        self.calls._call = self._call = guard  # all calls of fmpy pass through this one
+        self.free = weakref.finalize(self, _free, self.calls, guard)
+        """Frees the instance, which is not used afterwards; it does so by itself at the end."""
+        self.free.atexit = False  # an FMU in Python cannot end after Python
+        self._guard = guard
+        self._unset: dict[str, Any] = {}
+        self._reached = c_double()
+        self._flags = c_bool(), c_bool(), c_bool()
+        if _is_only_one(fmu):
+            _ONLY_ONES[_identity(fmu)] = self
+
+    def _instantiate(self, name: str) -> Any:
+        fmu = self.fmu
+        arguments = {
+            "guid": fmu.description.guid or fmu.description.instantiationToken,
+            "unzipDirectory": fmu.folder,
+            "modelIdentifier": fmu.offer.modelIdentifier,
+            "instanceName": name,
+        }
+        try:
+            with chdir(Path.cwd()):  # fmpy stays in its folder when loading fails
+                calls = _CLASSES[fmu.interface, self.fmi_3](**arguments)
+                if self.fmi_3:
+                    calls.instantiate(logMessage=logger(self.messages))
+                else:
+                    calls.instantiate(callbacks=callbacks_of_fmi2(self.messages))
+        except Exception as error:  # fmpy raises bare Exception
+            reason = "; ".join([str(error).rstrip("."), *self.messages[-SHOWN:]])
+            remedy = (
+                "it needs the tool that made it: install that, and its licence"
+                if fmu.offer.needsExecutionTool
+                else "run this FMU alone, since it may tell more on the terminal"
+            )
+            raise CoSimulationError(
+                f"{self.label} cannot be instantiated: {reason}; expected a library for this "
+                f"platform ({fmpy.platform}) that makes an instance: {remedy}"
+            ) from error
+        return calls
+
+    @property
+    def usable(self) -> bool:
+        """Tell whether it is in memory, and neither lost nor withdrawn."""
+        return self.free.alive and not self._guard.lost and not self._guard.withdrawn
+
+    @property
+    def can_go_back(self) -> bool:
+        """Tell whether the FMU says that its state can be saved and restored."""
+        return bool(getattr(self.fmu.offer, "canGetAndSetFMUstate", False))
+
+    def set_up(
+        self,
+        values: Mapping[str, Any],
+        start: float | None = None,
+        tolerance: float | None = None,
+    ) -> None:
+        """Set start values before the initialization.
+
+        Args:
+            values: of parameters and inputs by name.
+            start: start time; that of the FMU by default.
+            tolerance: relative tolerance of its solver; its own by default.
+        """
+        self._start = self.begin if start is None else start
+        self._tolerance = tolerance
+        if not self.fmi_3:
+            self.calls.setupExperiment(tolerance=tolerance, startTime=self._start)
+        self._unset = self._apply(dict(values), settable_in_instantiated)
+
+    def enter_initialization(self) -> None:
+        """Enter initialization mode, and set the start values that are set there.
+
+        Raises:
+            ValueError: there are some that cannot be set at all.
+        """
+        if self.fmi_3:
+            self.calls.enterInitializationMode(tolerance=self._tolerance, startTime=self._start)
+        else:
+            self.calls.enterInitializationMode()
+        left = self._apply(self._unset, settable_in_initialization_mode)
+        if left:
+            raise ValueError(
+                f"{self.label}: {sorted(left)} cannot be set before the start; expected "
+                "parameters or inputs"
+            )
+
+    def _apply(self, values: dict[str, Any], settable: Any) -> dict[str, Any]:
+        """Set the values that can be set now; give the others."""
+        if not values:
+            return values
+        left: dict[str, Any] = apply_start_values(
+            self.calls, self.fmu.description, values, settable
+        )
+        return left
+
+    def exit_initialization(self) -> None:
+        """Leave initialization mode; steps follow."""
+        self.calls.exitInitializationMode()
+
+    def variables(self, names: Sequence[str]) -> InstanceVariables:
+        """Return variables that are set and got together."""
+        return InstanceVariables(self, [self.fmu.variables[name] for name in names])
+
+    def do_step(self, time: float, length: float, final: bool = True) -> None:
+        """Take a step of co-simulation.
+
+        Args:
+            time: where it begins.
+            length: of the step.
+            final: whether the FMU will not be asked to go back to a state before.
+
+        Raises:
+            CoSimulationError: it fails, ends early, or asks for the end of the simulation.
+        """
+        if not self.fmi_3:
+            self._call("fmi2DoStep", self.calls.component, time, length, final)
+            return
+        event, terminate, early = self._flags
+        references = byref(event), byref(terminate), byref(early), byref(self._reached)
+        self._call("fmi3DoStep", self.calls.component, time, length, final, *references)
+        if terminate.value or early.value:
+            what = "asks for the end of the simulation" if terminate.value else "returned early"
+            raise FailedCallError(
+                self.label,
+                f"fmi3DoStep {what} at t = {self._reached.value:.9g} s; expected a step of "
+                f"{length:g} s from {time:.9g} s: choose a shorter step",
+            )
+
+    def set_slopes(self, references: Sequence[int], slopes: Sequence[float]) -> None:
+        """Set the first derivatives of inputs of FMI 2.0, in their units per s."""
+        self.calls.setRealInputDerivatives(references, [1] * len(references), slopes)
+
+    def derivatives(self, unknown: Sequence[int], known: int) -> list[float]:
+        """Return the derivatives of variables by another one, all by value reference."""
+        slopes: list[float] = self.calls.getDirectionalDerivative(unknown, [known], [1.0])
+        return slopes
+
+    def save(self) -> object:
+        """Return its state."""
+        return self.calls.getFMUState()
+
+    def restore(self, state: object) -> None:
+        """Go back to a state."""
+        self.calls.setFMUState(state)
+
+    def free_state(self, state: object) -> None:
+        """Forget a state."""
+        self.calls.freeFMUState(state)
+
+    @contextmanager
+    def to_come_back(self) -> Iterator[None]:
+        """Undo what happens in a ``with`` block."""
+        state = self.save()
+        yield
+        self.restore(state)
+        self.free_state(state)
+
+    def terminate(self) -> None:
+        """End the simulation."""
+        self.calls.terminate()
+
+    def reset(self) -> None:
+        """Go back to where the instance was before ``set_up``."""
+        self.calls.reset()
+        self.messages.clear()
+
+    def withdraw(self) -> None:
+        """Free the instance for another one of its FMU; whoever uses it still is refused."""
+        self.free()
+        self._guard.withdrawn = True
+
+
+@contextmanager
+def instantiated(
+    fmu: UnpackedFmu, label: str | None = None, name: str | None = None
+) -> Iterator[Instance]:
+    """Open a fresh instance of an FMU for the time of a ``with`` block; arguments as there."""
+    instance = Instance(fmu, label, name)
+    try:
+        yield instance
+    finally:
+        instance.free()
+
+
+class GuardedCalls:
+    """All calls of an instance pass through this, which says why one failed.
+
+    Attributes:
+        lost: whether a call ended with a fatal error.
+        withdrawn: whether the instance was freed for another one.
+    """
+
+    def __init__(self, label: str, functions: Mapping[str, Any], messages: list[str]) -> None:
+        self.label, self.functions, self.messages = label, functions, messages
+        self.lost = self.withdrawn = False
+
+    def __call__(self, name: str, *arguments: Any) -> Any:
+        if self.lost:
+            return None
+        if self.withdrawn:
+            raise CoSimulationError(
+                f"{self.label} allows one instance in a process "
+                "(canBeInstantiatedOnlyOncePerProcess), and another one was made since; expected "
+                "one at a time: begin anew"
+            )
+        function = self.functions[name]
+        result = function(*arguments)
+        if function.restype is c_int and result > fmi2.fmi2Warning:
+            raise self.failed(name, result)
+        return result
+
+    def failed(self, name: str, status: int) -> FailedCallError:
+        """Return the error of a call with a status, which has what was logged."""
+        self.lost = status == fmi2.fmi2Fatal
+        kind = STATUSES[status] if status < len(STATUSES) else "unknown"
+        why = "; ".join(self.messages[-SHOWN:]) or "without a reason: run this FMU alone"
+        reason = f"{name} failed with status {status} ({kind}): {why}"
+        return (LostCallError if self.lost else FailedCallError)(self.label, reason)
+
+
+def _free(calls: Any, guard: GuardedCalls) -> None:
+    if not guard.lost:  # not even to be freed
+        calls.freeInstance()
+
+
+@final
+class InstanceVariables:
+    """InstanceVariables are set and got together, in one order; a Boolean is 0 or 1.
+
+    Its arrays are made once: inputs are set several times in every step of a solver.
+
+    Args:
+        instance: the instance.
+        variables: fmpy's descriptions, of types Real, Float64, Float32 or Boolean.
+    """
+
+    def __init__(self, instance: Instance, variables: Sequence[ModelVariable]) -> None:
+        self.references = [variable.valueReference for variable in variables]
+        types = [variable.type for variable in variables]
+        self._blocks = [
+            _Block(instance, kind, [i for i, type_ in enumerate(types) if type_ == kind], self)
+            for kind in dict.fromkeys(types)
+        ]
+
+    def __len__(self) -> int:
+        return len(self.references)
+
+    def set(self, values: Sequence[float]) -> None:
+        """Set one value for each variable, in their units."""
+        if len(self._blocks) == 1:
+            self._blocks[0].set(values)
+            return
+        for block in self._blocks:
+            block.set([values[column] for column in block.columns])
+
+    def get(self) -> list[float]:
+        """Return one value for each variable, in their units."""
+        if len(self._blocks) == 1:
+            return self._blocks[0].get()
+        values = [0.0] * len(self.references)
+        for block in self._blocks:
+            for column, value in zip(block.columns, block.get(), strict=True):
+                values[column] = value
+        return values
+
+
+class _Block:
+    """A block has the variables of one type."""
+
+    def __init__(
+        self, instance: Instance, type_: str, columns: list[int], all_: InstanceVariables
+    ) -> None:
+        self.columns = columns
+        self._call: Callable[..., Any] = instance.calls._call
+        kind, count = _C_TYPES[type_, instance.fmi_3], len(columns)
+        numbers = (fmi2.fmi2ValueReference * count)(*(all_.references[i] for i in columns))
+        self._values = (kind * count)()
+        self._is_real = kind in (c_double, c_float)
+        lengths = (count,) if instance.fmi_3 else ()
+        self._arguments = (instance.calls.component, numbers, count, self._values, *lengths)
+        prefix = "fmi3" if instance.fmi_3 else "fmi2"
+        self._set, self._get = f"{prefix}Set{type_}", f"{prefix}Get{type_}"
+
+    def set(self, values: Sequence[float]) -> None:
+        self._values[:] = values if self._is_real else [int(value) for value in values]
+        self._call(self._set, *self._arguments)
+
+    def get(self) -> list[float]:
+        self._call(self._get, *self._arguments)
+        return self._values[:] if self._is_real else [float(value) for value in self._values]
+
+
+_ONLY_ONES: weakref.WeakValueDictionary[tuple[str, str], Instance] = weakref.WeakValueDictionary()
+"""Living instances of FMUs that allow one in a process."""
+
+
+def _is_only_one(fmu: UnpackedFmu) -> bool:
+    return bool(getattr(fmu.offer, "canBeInstantiatedOnlyOncePerProcess", False))
+
+
+def _identity(fmu: UnpackedFmu) -> tuple[str, str]:
+    token = fmu.description.guid or fmu.description.instantiationToken
+    return str(token), str(fmu.offer.modelIdentifier)
+
+
+def _withdraw_other(fmu: UnpackedFmu) -> None:
+    """Free the instance of an FMU that allows one in a process, where there is one."""
+    other = _ONLY_ONES.pop(_identity(fmu), None) if _is_only_one(fmu) else None
+    if other is not None and other.free.alive:
+        other.withdraw()

@@ -229,7 +229,7 @@ def run(
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
     figures = finished.figures
     print_curve(figures.learning_curve, console)
-    print_sizes(figures.sizes_tried, console)
+    print_sizes(figures.sizes_tried, figures.explanations, console)
     for remark in (figures.remark, *(figures.record_remarks or ())):
         show_remark(remark)
     write_json(json_path, figures.dump())
@@ -319,6 +319,6 @@ def train(
         with job.folder.alone():
             figures = train_surrogate(job, threads).figures()
     write_json(json_path, figures)
-    print_sizes(figures.sizes_tried, console)
+    print_sizes(figures.sizes_tried, figures.explanations, console)
     show_remark(figures.remark)
     console.print(f"surrogate  {job.folder.surrogate}")

@@ -24,6 +24,7 @@ from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.history import History
+from slide_fmu.fitting.ladder import WORTHWHILE, Ladder
 from slide_fmu.fitting.problem import Problem, seen
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import (
@@ -35,8 +36,6 @@ from slide_fmu.recipe.learning import (
 
 STAGE = "choice of features"
 """Name of the search in the progress; the names of its histories begin with it."""
-WORTHWHILE = 0.8
-"""A later, richer choice is taken if its error is below this fraction of the best before."""
 SAMPLES = 6_000
 """Approximate number of samples of the trajectories that judge a choice."""
 ORDER, HIDDEN = 8, 8
@@ -131,25 +130,44 @@ def search_features(
     trials = dataclasses.replace(trials, splits=(learnt, judged))
     about = trials.window, training, trials.offered.geometry, str(trials.eigenvalues)
     key = checkpoint_key(about, learnt, judged)
-    show, best = Heard(progress(STAGE), with_error=not training.expert.even_out), math.inf
-    taken, histories = tables[0], dict[str, History]()
-    for index, table in enumerate(tables):
-        show(index, len(tables), best)
-        place = trials.folder / f"choice-{key}-{index}.pt"
-        history = _try(table, training, trials, place)
-        if history is None:
-            continue
-        histories[f"{STAGE}: {described(table)}"] = history
-        error = min(history.validation_error)
-        if error < WORTHWHILE * best:
-            taken, best = table, error
-    show(len(tables), len(tables), best)
+    show = Heard(progress(STAGE), with_error=not training.expert.even_out)
+    tried: dict[int, History | None] = {}
+
+    def error(index: int) -> float:
+        """Return the error of a choice, which is infinite if its training diverged."""
+        if index not in tried:
+            best = min(map(_least_error, tried.values()), default=math.inf)
+            show(index, len(tables), best)
+            place = trials.folder / f"choice-{key}-{index}.pt"
+            tried[index] = _try(tables[index], training, trials, place)
+        return _least_error(tried[index])
+
+    ladder = Ladder(
+        error=error,
+        dearer=lambda index: [index + 1] if index + 1 < len(tables) else [],
+        worth=WORTHWHILE,
+        named=lambda index: described(tables[index]),
+        ahead=lambda index: len(tables),  # a choice says nothing about richer ones: all are tried
+    )
+    climb = ladder.climb(0)
+    show(len(tables), len(tables), error(climb.chosen))
+    histories = {
+        f"{STAGE}: {described(tables[index])}": history
+        if index != climb.chosen
+        else dataclasses.replace(history, explanations=(climb.explanation,))
+        for index, history in tried.items()
+        if history is not None
+    }
     if not histories:
         raise TrainingError(
             f"training diverged: none of {len(tables)} choices of features has a finite error; "
             "name the features in the recipe ([network], drive)"
         )
-    return taken, histories
+    return tables[climb.chosen], histories
+
+
+def _least_error(history: History | None) -> float:
+    return math.inf if history is None else min(history.validation_error)
 
 
 def described(table: StateSpaceRecipe) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
@@ -55,6 +56,8 @@ class History:
         validation_error: error on the validation windows, as the objective reports it.
         sizes: sizes that the search has judged, in their order; empty without a search.
         units: kinds of hidden units that were tried; empty if the recipe names the kind.
+        explanations: one sentence for each choice of features, hidden units or sizes, on why it
+            pays; empty without a search.
         remark: what the user should know about the result; None if there is nothing.
         relative: whether the errors are relative RMSE: errors of outputs over their standard
             deviation, with equal weights for all samples.
@@ -67,9 +70,15 @@ class History:
     validation_error: tuple[float, ...]
     sizes: tuple[TriedSize, ...] = ()
     units: tuple[TriedUnits, ...] = ()
+    explanations: tuple[str, ...] = ()
     remark: str | None = None
     relative: bool = False
     cpu_seconds: float | None = field(default=None, compare=False)
+
+
+def explanations_of(histories: Mapping[str, History]) -> tuple[str, ...]:
+    """Return the explanations of all choices, in the order of the trainings."""
+    return tuple(one for history in histories.values() for one in history.explanations)
 
 
 @dataclass(frozen=True)

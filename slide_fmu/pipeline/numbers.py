@@ -20,6 +20,7 @@ from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
+from slide_fmu.fitting.ladder import Ladder, pays
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested
@@ -125,7 +126,7 @@ def _learnt_from(points: Sequence[CurvePoint]) -> int:
 
 def _pays(points: Sequence[CurvePoint]) -> bool:
     """Tell whether the last doubling has paid."""
-    return points[-1].validation_error < PAYS * points[-2].validation_error
+    return pays(points[-1].validation_error, points[-2].validation_error, PAYS)
 
 
 @asked_of_sources
@@ -246,33 +247,44 @@ def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
 
     from slide_fmu.fitting.learning_curve import LearningCurve
 
-    torch.set_num_threads(1)
     curve, file = kept_curve(case, folder), _file(case, folder, CURVE)
+    if curve.ended is not None:
+        return curve
+    torch.set_num_threads(1)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(case, folder.store, folder.checkpoints)
-    points: list[CurvePoint] = []
-    while curve.ended is None:
-        train, begin = FIRST * 2 ** len(points), time.monotonic()
-        number = len(points) + 1
-        staged.make(train, f"data of curve point {number} ({train} to train)")
-        stage = staged.bar(f"fit of curve point {number}")
-        errors = learning.errors(train, VALIDATION, stage)
-        # a known point is found quickly again, so its time is no measure
-        seconds = known.get(train, time.monotonic() - begin)
-        points.append(CurvePoint(train, *errors, seconds))
-        curve = Curve(tuple(points), _end(points))
-        file.write_json(curve)
+    points: dict[int, CurvePoint] = {}
+
+    def point(train: int) -> CurvePoint:
+        """Return the point of a number of trajectories, which is found after all smaller ones."""
+        if train not in points:
+            number, begin = len(points) + 1, time.monotonic()
+            staged.make(train, f"data of curve point {number} ({train} to train)")
+            errors = learning.errors(train, VALIDATION, staged.bar(f"fit of curve point {number}"))
+            # a known point is found quickly again, so its time is no measure
+            seconds = known.get(train, time.monotonic() - begin)
+            points[train] = CurvePoint(train, *errors, seconds)
+            file.write_json(Curve(tuple(points.values())))
+        return points[train]
+
+    ladder = Ladder(
+        error=lambda train: point(train).validation_error,
+        dearer=lambda train: [2 * train],
+        worth=PAYS,
+        named=lambda train: f"{train} trajectories",
+        enough=lambda train: _enough(point(train)),
+    )
+    climb = ladder.climb(FIRST)
+    curve = Curve(tuple(points.values()), climb.explanation)
+    file.write_json(curve)
     return curve
 
 
-def _end(points: list[CurvePoint]) -> str | None:
-    """Return why a curve ends with its last point; None if it goes on."""
-    last = points[-1]
-    if last.validation_error <= HOLDS * last.training_error:
+def _enough(point: CurvePoint) -> str | None:
+    """Return the reason why no more trajectories than those of a point are tried, or None."""
+    if point.validation_error <= HOLDS * point.training_error:
         return "what was learnt holds on other motions: more trajectories would teach nothing new"
-    if len(points) > 1 and not _pays(points):
-        return f"twice the trajectories lower the error by less than {100 * (1 - PAYS):.0f} %"
-    if last.trajectories >= MOST:
+    if point.trajectories >= MOST:
         return f"{MOST} trajectories are the most that are tried"
     return None
 

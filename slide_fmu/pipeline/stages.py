@@ -19,7 +19,7 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fitting.history import Curve, TriedSize
+from slide_fmu.fitting.history import Curve, TriedSize, explanations_of
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
@@ -66,12 +66,15 @@ class TrainingFigures:
         validation_error: the best one by stage, in scaled units.
         parameters: number of the network's parameters.
         sizes_tried: sizes that a search has tried.
+        explanations: one sentence for each choice of features, hidden units or sizes, on why it
+            pays; empty without a search.
         remark: remark on the result.
     """
 
     validation_error: Mapping[str, float]
     parameters: int
     sizes_tried: tuple[TriedSize, ...]
+    explanations: tuple[str, ...]
     remark: str | None
     seed: int
 
@@ -99,6 +102,7 @@ class Training:
             validation_error={n: min(h.validation_error) for n, h in histories.items()},
             parameters=self.trained.surrogate.network.count_parameters(),
             sizes_tried=histories["surrogate"].sizes,
+            explanations=explanations_of(histories),
             remark="; ".join(remark for remark in remarks if remark is not None) or None,
             seed=self.recipe.training.seed,
         )

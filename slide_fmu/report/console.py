@@ -91,10 +91,14 @@ def print_curve(curve: Curve | None, console: Console) -> None:
         console.print(f"The learning curve ended: {curve.ended}.")
 
 
-def print_sizes(sizes: tuple[TriedSize, ...] | None, console: Console) -> None:
-    """Print the sizes that a search has tried, if there was one."""
+def print_sizes(
+    sizes: tuple[TriedSize, ...] | None, explanations: Sequence[str], console: Console
+) -> None:
+    """Print the sizes that a search has tried, if there was one, and why each choice pays."""
     if sizes:
         print_table(size_table(sizes), console)
+    for sentence in explanations:
+        console.print(f"{sentence}.")
 
 
 def print_description(described: FmuDescription, console: Console) -> None:

@@ -90,13 +90,16 @@ def training_section(histories: Mapping[str, History]) -> ReportSection:
     )
 
 
-def sizes_section(sizes: Sequence[TriedSize], remark: str | None) -> ReportSection:
+def sizes_section(
+    sizes: Sequence[TriedSize], explanations: Sequence[str], remark: str | None
+) -> ReportSection:
     """Show the sizes of the network that were tried, and the part of the error still learnable."""
     text = (
         "Validation errors are RMSE in scaled units, after the short runs by which a size is "
         "judged. The chosen one is trained longer. A regression on the residual says which error "
         "could still be learnt from the inputs. It was not needed where there is no figure."
     )
+    text += "".join(f" {sentence}." for sentence in explanations)
     text += "" if remark is None else f" Remark: {remark}."
     return ReportSection("Sizes tried", text, size_table(sizes))
 

@@ -37,6 +37,8 @@ class RunFigures:
         stability: tests of networks that have a state.
         no_error_estimate: why there is no error estimate, although the recipe asks for one.
         sizes_tried: sizes that a search has tried; None without a known training.
+        explanations: one sentence for each choice of features, hidden units or sizes, on why it
+            pays; empty without a search.
         remark: remarks on training and error.
         record_remarks: remarks on records.
         rows: all inputs that were measured, in all calls and at all communication steps.
@@ -53,6 +55,7 @@ class RunFigures:
     stability: tuple[StabilityFigures, ...] = optional(())
     no_error_estimate: str | None = optional()
     sizes_tried: tuple[TriedSize, ...] | None = optional()
+    explanations: tuple[str, ...] = optional(())
     remark: str | None = None
     learning_curve: Curve | None = optional()
     record_remarks: tuple[str, ...] | None = optional()

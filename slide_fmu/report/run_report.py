@@ -11,7 +11,7 @@ from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation, names_of
-from slide_fmu.fitting.history import Curve, History
+from slide_fmu.fitting.history import Curve, History, explanations_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
@@ -149,7 +149,12 @@ def with_training(
         *more,
     )
     remark = "; ".join(text for text in remarks if text is not None) or None
-    return replace(figures, sizes_tried=history.sizes, remark=remark)
+    return replace(
+        figures,
+        sizes_tried=history.sizes,
+        explanations=explanations_of(histories),
+        remark=remark,
+    )
 
 
 def run_report(
@@ -185,7 +190,9 @@ def _sections(
         details.append(learning_sections.training_section(found.histories))
     if figures.sizes_tried or figures.remark:
         sizes = figures.sizes_tried or ()
-        details.append(learning_sections.sizes_section(sizes, figures.remark))
+        details.append(
+            learning_sections.sizes_section(sizes, figures.explanations, figures.remark)
+        )
     if curve is not None:
         details.append(learning_sections.curve_section(curve))
     details += search_sections(found.attacks, surrogate)

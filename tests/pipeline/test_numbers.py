@@ -83,7 +83,7 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     curve = curve_of(job)
     assert [p.trajectories for p in curve.points] == [FEW, 2 * FEW, 4 * FEW][: train // FEW]
     assert curve.ended is not None
-    assert ("lower the error by less than" in curve.ended) == (part == 0)
+    assert ("does not pay" in curve.ended) == (part == 0)
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
     assert job.open_keys == ()
     assert generate_data(job, Workplace()).learning_curve == curve

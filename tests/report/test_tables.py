@@ -37,26 +37,27 @@ def test_curve_stands_with_its_numbers_and_times() -> None:
 
 
 def test_report_shows_sizes_curve_and_remark() -> None:
-    sections = [sizes_section(SIZES, REMARK), curve_section(CURVE)]
+    sections = [sizes_section(SIZES, ["16 units pay"], REMARK), curve_section(CURVE)]
     page = Report("title", "summary", {}, sections).html()
     for text in (
         "9.12 %",
         "290",
+        "16 units pay.",
         f"Remark: {REMARK}.",
         "6.25 %",
         "The curve ended: it was enough",
     ):
         assert text in page
     assert page.count("data-chart=") == 1
-    assert "Remark" not in Report("title", "", {}, [sizes_section(SIZES, None)]).html()
+    assert "Remark" not in Report("title", "", {}, [sizes_section(SIZES, (), None)]).html()
 
 
 def test_console_shows_sizes_and_curve(capsys: pytest.CaptureFixture[str]) -> None:
     console = Console(width=200)
     print_curve(CURVE, console)
-    print_sizes(SIZES, console)
+    print_sizes(SIZES, ["16 units pay"], console)
     shown = capsys.readouterr().out
-    for text in ("9.12 %", "6.25 %", "The learning curve ended: it was enough."):
+    for text in ("9.12 %", "16 units pay.", "6.25 %", "The learning curve ended: it was enough."):
         assert text in shown
 
 

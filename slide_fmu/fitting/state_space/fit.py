@@ -12,17 +12,13 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.history import History, TriedUnits
+from slide_fmu.fitting.ladder import pays, run_while_it_pays
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
-from slide_fmu.fitting.state_space.multi_start import (
-    LINEAR_ITERATIONS,
-    Candidate,
-    MultiStart,
-    while_it_pays,
-)
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import POOR, USED, Chosen, choose_sizes, still_learnable
 from slide_fmu.fitting.state_space.unit_choice import choose_units
@@ -59,9 +55,10 @@ def fit_state_space(
             weight is not finite.
     """
     data = fit_data(problem, network, training)
-    kinds: tuple[TriedUnits, ...] = ()
+    kinds, why = tuple[TriedUnits, ...](), list[str]()
     if network.units == "auto" and problem.start is None:
-        network, kinds = choose_units(data, progress)
+        network, kinds, explanation = choose_units(data, progress)
+        why = [] if explanation is None else [explanation]
         data = replace(data, network=network)
     multi_start, chosen = MultiStart(data, progress), None
     if problem.start is None:
@@ -82,6 +79,7 @@ def fit_state_space(
         _history(winner, data),
         sizes=chosen.tried,
         units=kinds,
+        explanations=(*why, *chosen.explanations),
         remark=remark_on(winner, still_learnable(data, winner), data),
     )
     n_units = winner.shape.n_units
@@ -147,7 +145,7 @@ def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
 def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Candidate:
     """Refine the chosen network, and one with more states if that can win."""
     last = multi_start.training.iterations
-    if larger.error < USED * winner.error:  # it uses its states already
+    if pays(larger.error, winner.error, USED):  # it uses its states already
         multi_start.ledger.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
     first = min(ROUND, last)
@@ -157,9 +155,9 @@ def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Ca
     # the error if every further round helped as much as the first one
     reached = other.error * (other.error / larger.error) ** ((last - first) / ROUND)
     refined = _refined_on(multi_start, refined, last - first, "refined")
-    if reached < USED * refined.error:
+    if pays(reached, refined.error, USED):
         other = _refined_on(multi_start, other, last - first, WITH_MORE_STATES)
-    return other if other.error < USED * refined.error else refined
+    return other if pays(other.error, refined.error, USED) else refined
 
 
 def _refined_on(
@@ -175,8 +173,8 @@ def _refined_on(
         )
         for number, done in enumerate(range(0, iterations, ROUND), start=1)
     ]
-    return while_it_pays(
-        candidate, rounds, lambda after, before: after.error <= HELPS * before.error
+    return run_while_it_pays(
+        candidate, rounds, lambda after, before: pays(after.error, before.error, HELPS)
     )
 
 

@@ -8,7 +8,7 @@ Talwalkar, 2016; here the recipe sets the sizes of the rounds.)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import final
@@ -72,27 +72,6 @@ class Candidate:
         """The last error on the training data, an RMS in scaled units."""
         rows = self.state.history
         return rows[-1][1] if rows else math.inf
-
-
-def while_it_pays(
-    candidate: Candidate,
-    rounds: Sequence[Callable[[Candidate], Candidate]],
-    pays: Callable[[Candidate, Candidate], bool],
-) -> Candidate:
-    """Run a candidate further, round by round, until one hardly helps; return the last one.
-
-    ``pays`` compares the candidates after and before a round. Other searches differ for a reason.
-    The search for sizes chooses among several larger networks at each step, and may look one step
-    further (``sizes``). Kinds of features and of hidden units have no order in size: all are
-    tried, and a richer one must be clearly better (``feature_search``, ``unit_choice``).
-    Companions of an error bound are equals, of which the first good one is taken. A learning curve
-    reports why it ends.
-    """
-    for go_on in rounds:
-        before, candidate = candidate, go_on(candidate)
-        if not pays(candidate, before):
-            break
-    return candidate
 
 
 @final

@@ -17,13 +17,15 @@ from functools import partial
 from typing import final
 
 from slide_fmu.fitting.history import TriedSize
-from slide_fmu.fitting.state_space.fit_data import FitData
-from slide_fmu.fitting.state_space.multi_start import (
-    LINEAR_ITERATIONS,
-    Candidate,
-    MultiStart,
-    while_it_pays,
+from slide_fmu.fitting.ladder import (
+    WORTHWHILE,
+    Ladder,
+    cheapest_as_good,
+    pays,
+    run_while_it_pays,
 )
+from slide_fmu.fitting.state_space.fit_data import FitData
+from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.residual import (
     PART,
     learnable_share,
@@ -36,8 +38,6 @@ SEARCH_STARTS = 3
 """Number of random starts that judge a size; the best one is run further."""
 MOST_ROUNDS = 3
 """Largest number of further rounds of this start."""
-WORTHWHILE = 0.8
-"""A larger network is chosen if its error is below this fraction of the smaller one's."""
 FIRST_UNITS, MOST_UNITS = 16, 64
 """The search tries 0 hidden units, then the first number, then doubles it up to the second."""
 MORE_STATES = 8
@@ -91,6 +91,7 @@ class Chosen:
         larger: a network of more states that is worth the same effort, since the order is a guess
             from linear models; None if the order is known.
         tried: all sizes that were judged, in their order.
+        explanations: one sentence for each climb of the search, on why the size pays.
     """
 
     order: int
@@ -98,6 +99,7 @@ class Chosen:
     judged: Candidate | None = None
     larger: Candidate | None = None
     tried: tuple[TriedSize, ...] = ()
+    explanations: tuple[str, ...] = ()
 
 
 def choose_sizes(multi_start: MultiStart) -> Chosen:
@@ -138,7 +140,8 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
     multi_start.ledger.plan(2 * LINEAR_ITERATIONS * (most + 1), "number of states")
     wanted = AS_GOOD * min(multi_start.linear(order).error for order in (shown, most))
-    return next(n for n in range(1, most + 1) if multi_start.linear(n).error <= wanted)
+    fewest = cheapest_as_good(range(1, most + 1), lambda n: multi_start.linear(n).error, wanted)
+    return shown if fewest is None else fewest
 
 
 def _numbers_of_units(n_units: int | str) -> list[int]:
@@ -161,18 +164,22 @@ class _Search:
         self._judged: dict[Place, Candidate] = {}
         self._learnable: dict[Place, float] = {}
         self._noise = 0.0
+        self.explanations: list[str] = []
 
     def climb(self, place: Place, steps: Sequence[Place]) -> Place:
         """Go to larger sizes by the given kinds of steps, while one of them is worthwhile."""
-        while not (self._linear_suffices(place) or self._is_good(place)):
-            found = self._best_of(self._beyond(place, steps))
-            unfinished = self._learnable_at(place) >= UNFINISHED
-            if found is not None and unfinished and not self._pays(found, place):
-                found = self._best_of([found, *self._beyond(found, steps)])
-            if found is None or not self._pays(found, place):
-                break
-            place = found
-        return place
+        ladder = Ladder(
+            error=self._error,
+            dearer=lambda place: self._beyond(place, steps),
+            worth=WORTHWHILE,
+            named=self._named,
+            enough=self._enough,
+            # a few hidden units may gain little alone
+            ahead=lambda place: int(self._learnable_at(place) >= UNFINISHED),
+        )
+        climb = ladder.climb(place)
+        self.explanations.append(climb.explanation)
+        return climb.chosen
 
     def with_more_states(self, place: Place) -> Candidate | None:
         """Return the network of more states than at a place, for hidden units to use.
@@ -183,25 +190,29 @@ class _Search:
         linear = self._units[place[1]] == 0
         if linear or _leaves_noise_alone(self._candidate(place), self._noise, self._samples):
             return None
-        found = self._best_of(self._beyond(place, [STATES]))
-        return None if found is None else self._candidate(found)
+        larger = self._beyond(place, [STATES])
+        return self._candidate(larger[0]) if larger else None
 
     def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
         """Return the size at a place, with all sizes that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
         order, n_units = self._orders[place[0]], self._units[place[1]]
-        return Chosen(order, n_units, self._judged[place], larger, tried)
+        explanations = tuple(self.explanations)
+        return Chosen(order, n_units, self._judged[place], larger, tried, explanations)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
         """Return the places one step beyond, within the limits of the search."""
         beyond = [(place[0] + states, place[1] + more) for states, more in steps]
         return [(i, j) for i, j in beyond if i < len(self._orders) and j < len(self._units)]
 
-    def _best_of(self, places: list[Place]) -> Place | None:
-        return min(places, key=self._error, default=None)
+    def _named(self, place: Place) -> str:
+        return f"{self._orders[place[0]]} states with {self._units[place[1]]} hidden units"
 
-    def _pays(self, larger: Place, smaller: Place) -> bool:
-        return self._error(larger) < WORTHWHILE * self._error(smaller)
+    def _enough(self, place: Place) -> str | None:
+        """Return the reason why nothing larger than a place is needed, or None."""
+        if self._linear_suffices(place):
+            return "what it misses cannot be predicted from the inputs"
+        return "it is accurate enough to be trained on all data" if self._is_good(place) else None
 
     def _candidate(self, place: Place) -> Candidate:
         """Return the network of a size; it is judged first if necessary."""
@@ -290,7 +301,7 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     if _is_accurate(multi_start, found):
         return found
     further = [partial(multi_start.judged, number=number) for number in range(1, MOST_ROUNDS)]
-    return while_it_pays(found, further, partial(_pays, multi_start))
+    return run_while_it_pays(found, further, partial(_pays, multi_start))
 
 
 def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:
@@ -303,7 +314,7 @@ def _pays(multi_start: MultiStart, after: Candidate, before: Candidate) -> bool:
     """Return whether a round helped as much as more hidden units must, and more is needed."""
     noise = noise_in(before, multi_start.data.validation)
     error, former = (without_noise(one.error, noise) for one in (after, before))
-    return error < WORTHWHILE * former and not _is_accurate(multi_start, after)
+    return pays(error, former, WORTHWHILE) and not _is_accurate(multi_start, after)
 
 
 def still_learnable(data: FitData, candidate: Candidate) -> float:

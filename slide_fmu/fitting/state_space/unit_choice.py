@@ -16,6 +16,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.history import TriedUnits
+from slide_fmu.fitting.ladder import WORTHWHILE, Ladder, cheapest_as_good
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import FitData
@@ -45,8 +46,6 @@ too."""
 AS_GOOD = 1.02
 """Fewer hidden units are as good if the product of both errors is at most this multiple of the
 least."""
-CLEARLY = 0.8
-"""Other units are taken if the product of both errors is below this fraction of that of tanh."""
 FAR, GROWTH = 10.0, 10.0
 """At the first multiple of the held-out amplitudes, outputs may grow by at most the second factor
 faster: as in the test of stability that decides on export."""
@@ -54,8 +53,10 @@ faster: as in the test of stability that decides on export."""
 
 def choose_units(
     data: FitData, progress: Progress
-) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...]]:
-    """Return the recipe with tanh, mixed or cubic units instead of ``auto``, and the trials.
+) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...], str | None]:
+    """Return the recipe with tanh, mixed or cubic units instead of ``auto``.
+
+    The trials come next, and one sentence on why the kind was chosen; None without trials.
 
     Cubes have no padding: beyond the range, states that cubes add to each other diverge. A network
     that diverges, or grows too fast far beyond, has an infinite error there, and is not
@@ -66,35 +67,43 @@ def choose_units(
         {"units": MIXED_UNITS, "padding": 0},
         {"units": "cubic", "padding": 0},
     )
-    recipes = [data.network.model_copy(update=kind) for kind in kinds]
+    tanh, *cubes = (data.network.model_copy(update=kind) for kind in kinds)
     small, large = _divided(data)
     if large.count < FEWEST_HELD_OUT:
-        return recipes[0], ()
+        return tanh, (), None
     trials = _Trials(small, large, progress)
-    tanh, *others = (trials.of(recipe) for recipe in recipes)
-    best = min(others, key=_score)
-    if not _score(best) < CLEARLY * _score(tanh):
-        return recipes[0], tuple(trials.done)
-    chosen = recipes[1 + others.index(best)]
-    if data.network.hidden == "auto":
-        chosen = _with_fewest(trials, chosen, best)
-    return chosen, tuple(trials.done)
+    ladder = Ladder(
+        error=trials.score,
+        dearer=lambda recipe: cubes if recipe is tanh else [],
+        worth=WORTHWHILE,
+        named=lambda recipe: f"{recipe.units} units",
+    )
+    climb = ladder.climb(tanh)
+    chosen = climb.chosen
+    if chosen is not tanh and data.network.hidden == "auto":
+        chosen = _with_fewest(trials, chosen)
+    return chosen, tuple(trials.done), climb.explanation
 
 
-def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe, many: TriedUnits) -> StateSpaceRecipe:
+def _with_fewest(trials: _Trials, recipe: StateSpaceRecipe) -> StateSpaceRecipe:
     """Return the recipe with the fewest cubes that are as good as many; unchanged if none are.
 
     Many cubes that act once in a sample can do what a few do that act several times in it.
     """
     several = sorted({substeps_for(trials.linear), 1}, reverse=True)
-    for number, substeps in itertools.product(FEWER, several):
-        # a single cube is the same in both kinds, except for its bound
-        kind = MIXED_UNITS if number == 1 else recipe.units
-        few = {"hidden": number, "units": kind, "substeps": substeps}
-        fewer = recipe.model_copy(update=few)
-        if _score(trials.of(fewer)) <= AS_GOOD * _score(many):
-            return fewer
-    return recipe
+    fewer = (
+        recipe.model_copy(
+            # a single cube is the same in both kinds, except for its bound
+            update={
+                "hidden": number,
+                "units": MIXED_UNITS if number == 1 else recipe.units,
+                "substeps": substeps,
+            }
+        )
+        for number, substeps in itertools.product(FEWER, several)
+    )
+    fewest = cheapest_as_good(fewer, trials.score, AS_GOOD * trials.score(recipe))
+    return recipe if fewest is None else fewest
 
 
 def substeps_for(linear: Candidate) -> int:
@@ -114,6 +123,7 @@ class _Trials:
 
     def __init__(self, small: FitData, large: Segments, progress: Progress) -> None:
         self.done: list[TriedUnits] = []
+        self._scores: dict[tuple[str, int | str, int], float] = {}
         self._linear: Candidate | None = None  # the same for all kinds
         self._small, self._large, self._progress = small, large, progress
 
@@ -123,7 +133,16 @@ class _Trials:
         assert self._linear is not None
         return self._linear
 
-    def of(self, recipe: StateSpaceRecipe) -> TriedUnits:
+    def score(self, recipe: StateSpaceRecipe) -> float:
+        """Return the product of the errors within and beyond the trained amplitudes."""
+        kind = recipe.units, recipe.hidden, recipe.substeps
+        if kind not in self._scores:
+            tried = self._try(recipe)
+            self.done.append(tried)
+            self._scores[kind] = tried.validation_error * tried.error_beyond
+        return self._scores[kind]
+
+    def _try(self, recipe: StateSpaceRecipe) -> TriedUnits:
         """Fit a network of a recipe's kind and number of hidden units, and test it beyond.
 
         Every trial has its own checkpoint.
@@ -147,12 +166,7 @@ class _Trials:
         multi_start.ledger.finish()
         theta = with_room(found.shape, found.state.best, self._small.whole)
         beyond = _error(found.shape, theta, self._large)
-        self.done.append(TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond))
-        return self.done[-1]
-
-
-def _score(tried: TriedUnits) -> float:
-    return tried.validation_error * tried.error_beyond
+        return TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond)
 
 
 def _divided(data: FitData) -> tuple[FitData, Segments]:

@@ -93,7 +93,7 @@ def test_network_that_diverges_beyond_is_not_chosen(
     problem = problem_of(tmp_path, training=hardening(1), validation=hardening(20))
     network, training = StateSpaceRecipe(**SIZES, units="auto"), QUICK
     data = fit_data(problem, network, training)
-    recipe, tried = choose_units(data, silent)
+    recipe, tried, _ = choose_units(data, silent)
     assert (recipe.units, recipe.padding) == ("tanh", network.padding)
     assert [trial.error_beyond for trial in tried[1:]] == [math.inf, math.inf]
 
@@ -139,13 +139,13 @@ def test_fewest_cubes_that_do_as_well_are_taken_where_their_number_is_open(
     network = StateSpaceRecipe(order=2, units="auto", bias=False)
     training = quick(start_iterations=12, kept_iterations=20)
     data = fit_data(problem, network, training)
-    recipe, tried = choose_units(data, silent)
+    recipe, tried, _ = choose_units(data, silent)
     assert [trial.units for trial in tried[:3]] == ["tanh", "mixed", "cubic"]
     few = [trial for trial in tried[3:] if trial.number == recipe.hidden]
     assert (recipe.hidden, recipe.units, recipe.substeps) == (1, "mixed", 1)
     assert (recipe.units, recipe.substeps) == (few[-1].units, few[-1].substeps)
-    many = min(map(unit_choice._score, tried[1:3]))
-    assert unit_choice._score(few[-1]) <= unit_choice.AS_GOOD * many
+    scores = [trial.validation_error * trial.error_beyond for trial in (*tried[1:3], few[-1])]
+    assert scores[-1] <= unit_choice.AS_GOOD * min(scores[:-1])
 
 
 @pytest.mark.parametrize(

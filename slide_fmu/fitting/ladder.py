@@ -16,9 +16,10 @@ from slide_fmu.core.measures import percent
 Rung = TypeVar("Rung")
 
 WORTHWHILE = 0.8
-"""A dearer network pays if its error is below this fraction of the cheaper one's. Random starts
-spread the error of one size by some per cent, and up to a quarter where a few hidden units decide;
-the rest is the price of a network that takes more time in every step of an FMU."""
+"""A dearer network pays if its error is below this fraction of the cheaper one's. On a spring with
+a cubic share, three seeds spread the error of a size that suffices by 4 to 9 %; the rest is the
+price of a network that takes more time in every step of an FMU. A size whose short runs may miss
+what it can do is spread ninefold: no fraction covers that, so a search may look further ahead."""
 
 
 def pays(dearer: float, cheaper: float, worth: float) -> bool:

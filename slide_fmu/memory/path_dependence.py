@@ -9,6 +9,7 @@ past; several equilibria give few ends; an integral keeps its difference under e
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal, final
@@ -17,8 +18,11 @@ import numpy as np
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
+from slide_fmu.memory.modes import slowest_rate
 from slide_fmu.memory.motions import Motions
-from slide_fmu.systems.base import RandomStates, State
+from slide_fmu.memory.time_budget import TimeBudget
+from slide_fmu.systems.base import Linearizable, RandomStates, State, System
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
 
 PASTS, CERTAIN_PASTS = 3, 8
@@ -27,8 +31,11 @@ RAMP = 32
 """Number of samples in which the inputs of a past change to the constant ones."""
 LONGEST = 8
 """Largest time at rest, as a multiple of the first one."""
-FLAT = 0.9
+FLAT = 0.99
 """A difference stays if this fraction of it remains while the time at rest grows fourfold."""
+GROWN = 2.0
+"""Outputs that have grown apart by this factor are those of a mode that grows at rest, or else of
+a free direction: these grow with the time or its square."""
 BY_ITSELF = 100.0
 """A difference that grows by this factor while the time at rest grows fourfold grows by itself:
 that of a free direction grows with the time or its square."""
@@ -45,6 +52,11 @@ FEW = 2
 """Up to this number of equilibria, the cause is a spring that snaps through."""
 TURNS = (0.0, 0.02, 0.06, 0.2)
 """Fractions of the range by which pasts turn back beyond the constant input."""
+
+PAST, EVERY, AT_REST, MET = 100, 10, 500, 0.2
+"""Without a recipe, the inputs of a past have the first number of samples, and jump after every
+second one. The third is the number of samples at rest at first; it is lengthened once. Outputs
+have met if their remaining difference is below the last one."""
 
 Reason = Literal["hysteresis", "rests", "integral", "growing"]
 
@@ -103,10 +115,10 @@ class PathDependence:
 
 
 def path_dependence(motions: Motions, count: int) -> PathDependence | None:
-    """Find out whether a difference stays at rest; None if the outputs meet, however slowly.
+    """Find out along the motions of a recipe whether a difference stays at rest.
 
-    It is also None if the outputs still move, as without damping, since they are not at rest then;
-    and if there is no time to find out.
+    It is None if the outputs meet, however slowly; if they still move, as without damping, since
+    they are not at rest then; and if there is no time to find out.
 
     The time at rest is ``count`` samples at first. It is lengthened while outputs differ by more
     than the remaining amplitude, until the remaining difference is constant.
@@ -116,19 +128,75 @@ def path_dependence(motions: Motions, count: int) -> PathDependence | None:
     """
     if motions.patience.gone("motions that come to rest after different pasts"):
         return None
-    pasts, amplitude = _Pasts(motions, count), motions.recipe.window.remaining_amplitude
+    return _lasting(
+        _along(motions, count), count, motions.recipe.window.remaining_amplitude, LONGEST * count
+    )
+
+
+def path_dependence_without_recipe(system: System) -> PathDependence | None:
+    """Find out before there is a recipe whether outputs integrate their inputs, or grow.
+
+    Other reasons depend on the motions, which are not known yet: they are let through. It is also
+    None if a simulation fails.
+    """
+    try:
+        found = _lasting(_jumping(system), AT_REST, MET, AT_REST)
+    except SimulationError:
+        return None
+    return found if found is not None and found.reason in {"integral", "growing"} else None
+
+
+def _lasting(pasts: _Pasts, count: int, amplitude: float, longest: int) -> PathDependence | None:
+    """Return the difference that stays at rest, if one does.
+
+    The time at rest is ``count`` samples at first. It grows fourfold while the difference is above
+    an amplitude, until it is more than the longest number of samples.
+    """
     times, parts = [count], [pasts.part_left(PASTS, count)]
-    while parts[-1] > amplitude and not motions.patience.gone("a longer time at rest"):
-        if len(parts) > 1 and parts[-1] > BY_ITSELF * parts[-2]:
+    while parts[-1] > amplitude and not pasts.patience.gone("a longer time at rest"):
+        if len(parts) > 1 and pasts.grows(parts, times[-1]):
             return PathDependence("growing", parts[-1], times[-1] * pasts.step, 0)
+        if len(parts) > 1 and parts[-1] > max(GROWN * parts[-2], GROWN):
+            return PathDependence("integral", parts[-1], times[-1] * pasts.step, CERTAIN_PASTS)
         if len(parts) > 1 and parts[-1] > FLAT * parts[-2]:
             still = pasts.moving(PASTS, times[-1]) < MOVING
             return _reason(pasts, times[-1], parts[-1]) if still else None
-        if times[-1] > LONGEST * count:
+        if times[-1] > longest:
             return None  # it still falls: the system is slow, but it forgets
         times.append(4 * times[-1])
         parts.append(pasts.part_left(PASTS, times[-1]))
     return None
+
+
+def _along(motions: Motions, count: int) -> _Pasts:
+    """Return pasts of ``count`` samples along the motions of a recipe."""
+    system, stream = motions.system, motions.stream
+    middle = [0.5 * (signal.low + signal.high) for signal in system.inputs]
+    # the middle of the ranges of cosine and sine is not a direction
+    turning = any(signal.angle for signal in system.inputs)
+    held = motions.inputs(0, 1) if turning else np.array([middle])
+    states = list[State]()
+    if isinstance(system, RandomStates):
+        seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, 1))
+        rng = np.random.default_rng(seeds)
+        drawn = (system.random_state(rng, held[0]) for _ in range(CERTAIN_PASTS))
+        states = [State(s.coordinates, s.velocities, held[0]) for s in drawn]
+    step, patience = motions.recipe.window.step, motions.patience
+    return _Pasts(system, step, held, motions.inputs, count, states, patience)
+
+
+def _jumping(system: System) -> _Pasts:
+    """Return pasts whose inputs jump over their ranges, before the start values of the inputs."""
+    signals = system.inputs
+    low, high = (np.array([getattr(s, end) for s in signals]) for end in ("low", "high"))
+
+    def inputs(index: int, count: int) -> FloatArray:
+        rng = np.random.default_rng([PAST, index])
+        levels = rng.uniform(low, high, (-(-count // EVERY), len(low)))
+        return on_circles(signals, np.repeat(levels, EVERY, axis=0)[:count])
+
+    start = on_circles(signals, np.array([[signal.start_value for signal in signals]]))
+    return _Pasts(system, system.step, start, inputs, PAST, [], TimeBudget())
 
 
 def _reason(pasts: _Pasts, samples: int, part: float) -> PathDependence:
@@ -144,24 +212,43 @@ def _reason(pasts: _Pasts, samples: int, part: float) -> PathDependence:
 
 
 @final
+@dataclass(frozen=True, eq=False)
 class _Pasts:
-    """_Pasts are motions of a recipe with different pasts and the same continuation."""
+    """_Pasts are motions with different pasts and the same continuation.
 
-    def __init__(self, motions: Motions, count: int) -> None:
-        """Take the motions; a past has ``count`` samples, if the system draws no states."""
-        self.motions, self.system, self.count = motions, motions.system, count
-        self.step = motions.recipe.window.step
-        self.scale = np.array([s.high - s.low for s in self.system.outputs])
-        self.turning = any(signal.angle for signal in self.system.inputs)
-        middle = [0.5 * (signal.low + signal.high) for signal in self.system.inputs]
-        # the middle of the ranges of cosine and sine is not a direction
-        self.held = motions.inputs(0, 1) if self.turning else np.array([middle])
-        stream = motions.stream
-        seeds = np.random.SeedSequence(stream.seed, spawn_key=(stream.number, 1))
-        rng, self.states = np.random.default_rng(seeds), list[State]()
-        if isinstance(self.system, RandomStates):
-            drawn = (self.system.random_state(rng, self.held[0]) for _ in range(CERTAIN_PASTS))
-            self.states = [State(s.coordinates, s.velocities, self.held[0]) for s in drawn]
+    Attributes:
+        system: the system that moves.
+        step: time between samples in s.
+        held: the inputs at rest, (1, n_inputs).
+        inputs: gives the inputs of a motion by its index and its number of samples.
+        count: number of samples of a past.
+        states: initial states, if the system draws some: they are the pasts then.
+        patience: the time that simulations may take.
+    """
+
+    system: System
+    step: float
+    held: FloatArray
+    inputs: Callable[[int, int], FloatArray]
+    count: int
+    states: list[State]
+    patience: TimeBudget
+
+    def grows(self, parts: list[float], samples: int) -> bool:
+        """Return whether the last of the remaining differences is that of an unstable system.
+
+        Something may limit the growth. Then a mode that grows at rest shows the reason.
+        """
+        if parts[-1] > BY_ITSELF * parts[-2]:
+            return True
+        if parts[-1] < GROWN or not isinstance(self.system, Linearizable):
+            return False
+        try:
+            rate = slowest_rate(self.system.linearize(self.system.rest_state(self.held[0])))
+        except (SimulationError, ValueError):  # it does not rest there
+            return False
+        # rounding splits the double zero of a free direction into two small rates
+        return rate * samples * self.step > math.log(GROWN)
 
     def part_left(self, pasts: int, samples: int) -> float:
         """Return the difference at the end, relative to the difference at the start."""
@@ -181,32 +268,32 @@ class _Pasts:
 
     def under_motion(self, pasts: int) -> FloatArray:
         """Return the same under a motion of the recipe that returns to the constant input."""
-        motion = self.motions.inputs(CERTAIN_PASTS + 1, self.count)
+        motion = self.inputs(CERTAIN_PASTS + 1, self.count)
         there = self._towards(self.held, motion[0]), motion, self._towards(motion, self.held[0])
         rest = np.repeat(self.held, self.count, axis=0)
         return self._after(pasts, np.concatenate([*there, rest]))
 
     def _after(self, pasts: int, inputs: FloatArray) -> FloatArray:
-        found = []
+        scale = np.array([signal.high - signal.low for signal in self.system.outputs])
+        outputs_of_pasts = []
         for index in range(pasts):
             if self.states:
                 outputs = simulate(self.system, inputs, self.states[index]).outputs
             else:
                 past = self._past(index)
-                outputs = simulate(self.system, np.concatenate([past, inputs])).outputs[
-                    len(past) :
-                ]
-            found.append(outputs / self.scale)
-        return np.stack(found)
+                whole = simulate(self.system, np.concatenate([past, inputs])).outputs
+                outputs = whole[len(past) :]
+            outputs_of_pasts.append(outputs / scale)
+        return np.stack(outputs_of_pasts)
 
     def _past(self, index: int) -> FloatArray:
         """Return inputs that end with the constant ones.
 
         They move to their largest or smallest value, back beyond the constant one by a fraction of
-            that distance, and then rest: hysteresis remembers every such reversal.
+        that distance, and then rest: hysteresis remembers every such reversal.
         """
-        past = self.motions.inputs(1 + index, self.count)
-        if not self.turning:
+        past = self.inputs(1 + index, self.count)
+        if not any(signal.angle for signal in self.system.inputs):
             end = np.max(past, axis=0) if index % 2 else np.min(past, axis=0)
             back = self.held[0] - TURNS[index // 2] * (end - self.held[0])
             for turn in (end, back):
@@ -232,8 +319,8 @@ def _apart(outputs: FloatArray) -> float:
 def _different(ends: FloatArray) -> int:
     """Count different rows of outputs at rest, (motions, n_outputs)."""
     slack = SAME * np.max(np.ptp(ends, axis=0))
-    found: list[FloatArray] = []
+    different: list[FloatArray] = []
     for end in ends:
-        if not any(np.max(np.abs(end - other)) <= slack for other in found):
-            found.append(end)
-    return len(found)
+        if not any(np.max(np.abs(end - other)) <= slack for other in different):
+            different.append(end)
+    return len(different)

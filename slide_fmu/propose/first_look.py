@@ -25,8 +25,8 @@ from slide_fmu.memory.bandwidth import (
     proposed_step,
     tidy_step,
 )
-from slide_fmu.memory.integral import integral
 from slide_fmu.memory.modes import UnstableModeError, spectrum
+from slide_fmu.memory.path_dependence import path_dependence_without_recipe
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.recipe.default_excitation import KindTable
 from slide_fmu.recipe.tables import DataRecipe
@@ -108,7 +108,7 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
     still, count = np.empty(0, dtype=bool), 0
     if settings.excitation is not None:
         system = load_system(replace(settings.specification, step=step))
-        lasts = integral(system)
+        lasts = path_dependence_without_recipe(system)
         if lasts is not None:
             raise NotForgettingError(str(lasts))
         mix = TypeAdapter(list[Excitation]).validate_python(settings.excitation(step))
@@ -137,7 +137,7 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
     first = make(FIRST_STEP)
     if _is_free(first):
         for step in (FIRST_STEP, 10 * FIRST_STEP, 100 * FIRST_STEP):  # it may move slowly
-            if (lasts := integral(make(step))) is not None:
+            if (lasts := path_dependence_without_recipe(make(step))) is not None:
                 raise NotForgettingError(str(lasts))
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.memory.integral import integral
+from slide_fmu.memory.path_dependence import path_dependence_without_recipe as integral
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.systems.base import System

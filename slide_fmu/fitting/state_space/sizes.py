@@ -178,7 +178,8 @@ class _Search:
             ahead=lambda place: int(self._learnable_at(place) >= UNFINISHED),
         )
         climb = ladder.climb(place)
-        self.explanations.append(climb.explanation)
+        if climb.explanation not in self.explanations:
+            self.explanations.append(climb.explanation)
         return climb.chosen
 
     def with_more_states(self, place: Place) -> Candidate | None:

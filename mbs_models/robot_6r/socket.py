@@ -85,9 +85,9 @@ class Socket:
     def __post_init__(self) -> None:
         n = FLANGE + self.mesh.internal_modes
         for name, shape in {"mass": (n, n), "stiffness": (n, n), "weight": (n, 3)}.items():
-            found = getattr(self, name).shape
-            if found != shape:
-                raise ValueError(f"socket: {name} of shape {found}; expected {shape}")
+            given = getattr(self, name).shape
+            if given != shape:
+                raise ValueError(f"socket: {name} of shape {given}; expected {shape}")
 
     def symmetric(self) -> Socket:
         """Return the socket with a flange stiffness as symmetric about z as the cylinder is.

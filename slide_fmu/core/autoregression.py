@@ -77,12 +77,12 @@ def autocovariances(pieces: Sequence[FloatArray], most: int) -> FloatArray:
     """
     samples = sum(len(piece) for piece in pieces)
     mean = sum(float(piece.sum()) for piece in pieces) / samples
-    found = np.zeros(most + 1)
+    covariances = np.zeros(most + 1)
     for piece in pieces:
         centred = piece - mean
         for lag in range(min(most, len(centred) - 1) + 1):
-            found[lag] += float(centred[lag:] @ centred[: len(centred) - lag])
-    return found / samples
+            covariances[lag] += float(centred[lag:] @ centred[: len(centred) - lag])
+    return covariances / samples
 
 
 def _levinson_durbin(covariances: FloatArray) -> Autoregression:

@@ -51,9 +51,9 @@ class Reader:
         Raises:
             ValueError: there is another section, or too few bytes.
         """
-        found = self.take(4)
-        if found != tag:
-            raise ValueError(f"section {found!r}; expected {tag!r}")
+        read = self.take(4)
+        if read != tag:
+            raise ValueError(f"section {read!r}; expected {tag!r}")
         return Reader(self.take(self.u32()))
 
     def done(self) -> None:

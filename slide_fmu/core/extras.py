@@ -75,9 +75,9 @@ def missing_for_training() -> str | None:
 def _first_missing(packages: tuple[str, ...]) -> str | None:
     for package in packages:
         try:
-            found = find_spec(package) is not None
+            installed = find_spec(package) is not None
         except ModuleNotFoundError:
-            found = False
-        if not found:
+            installed = False
+        if not installed:
             return package
     return None

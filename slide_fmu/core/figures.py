@@ -41,13 +41,13 @@ def spread() -> Any:
 def plain(figures: object) -> Any:
     """Return figures as plain values: dictionaries, lists, numbers, texts and None."""
     if is_dataclass(figures) and not isinstance(figures, type):
-        found: dict[str, object] = {}
+        values: dict[str, object] = {}
         for one in fields(figures):
             value = getattr(figures, one.name)
             if one.metadata.get(LEFT_OUT) and value == one.default:
                 continue
-            found |= plain(value) if one.metadata.get(SPREAD) else {one.name: plain(value)}
-        return found
+            values |= plain(value) if one.metadata.get(SPREAD) else {one.name: plain(value)}
+        return values
     if isinstance(figures, Mapping):
         return {key: plain(value) for key, value in figures.items()}
     if isinstance(figures, tuple | list):

@@ -73,9 +73,9 @@ def expectation(item: Any) -> str:
     return PLAIN.get(kind) or str(item["msg"]).removeprefix("Value error, ")
 
 
-def meant_choice(found: str, expected: str) -> str:
+def meant_choice(given: str, expected: str) -> str:
     """Return an ending for a message about a choice, such as ``; did you mean 'tanh'?``."""
-    return or_meant(found, _choices(expected))
+    return or_meant(given, _choices(expected))
 
 
 def _choices(expected: str) -> list[str]:
@@ -123,10 +123,10 @@ def _is_cause(item: Any) -> bool:
     return not (item["type"] == "too_short" and item["input"])
 
 
-def _joined(found: list[Any]) -> list[Any]:
+def _joined(errors: list[Any]) -> list[Any]:
     """Join errors about one value: pydantic gives one for each type that the value may have."""
     joined: dict[tuple[Any, ...], list[Any]] = {}
-    for item in found:
+    for item in errors:
         *outer, last = item["loc"] or ("",)
         of_several = last in ("float", "int", "str", "bool") and item["type"] != "extra_forbidden"
         place = tuple(outer) if of_several and outer else item["loc"]

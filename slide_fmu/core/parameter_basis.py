@@ -71,7 +71,7 @@ class ParameterBasis:
 
 def _chebyshev(z: Any, most: int) -> list[Any]:
     """Return the polynomials of degree 0 to ``most`` (at least 1) at z, each of its shape."""
-    found = [np.ones_like(z), z]
-    while len(found) <= most:
-        found.append(2 * z * found[-1] - found[-2])
-    return found
+    polynomials = [np.ones_like(z), z]
+    while len(polynomials) <= most:
+        polynomials.append(2 * z * polynomials[-1] - polynomials[-2])
+    return polynomials

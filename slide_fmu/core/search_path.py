@@ -90,13 +90,13 @@ def find_file(name: str) -> Path:
             "expected one: change to the folder of the recipe, or rename one"
         )
     places = (folder / name for folder in map(Path, ["", *sys.path]))
-    found = next((path for path in places if path.is_file()), None)
-    if found is None:
+    file = next((path for path in places if path.is_file()), None)
+    if file is None:
         raise FileNotFoundError(
             f"no file {name!r} in {Path.cwd()}, on PYTHONPATH, or next to the recipe; expected "
             "the path of one: check the name, or put its folder on PYTHONPATH"
         )
-    return found.resolve()
+    return file.resolve()
 
 
 def _same(one: Path, other: Path) -> bool:

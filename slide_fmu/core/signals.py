@@ -109,14 +109,14 @@ class Signal:
 
 def _require_range(name: str, unit: str, low: float, high: float) -> None:
     """Refuse a range that is empty or not finite, or whose width would not be finite."""
-    found = f"signal {name!r}: range [{low}, {high}]{behind(unit)}"
+    about = f"signal {name!r}: range [{low}, {high}]{behind(unit)}"
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ValueError(
-            f"{found}; expected two finite numbers, the first smaller than the second"
+            f"{about}; expected two finite numbers, the first smaller than the second"
         )
     if max(abs(low), abs(high)) > LARGEST:
         raise ValueError(
-            f"{found}; expected ends between -{LARGEST:g} and {LARGEST:g}, so that the width of "
+            f"{about}; expected ends between -{LARGEST:g} and {LARGEST:g}, so that the width of "
             "the range, and motions in it, are finite too: narrow it, or choose a larger unit"
         )
 
@@ -229,12 +229,12 @@ def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
     Their length becomes the end of their range. If both are zero, as halfway between opposite
     directions, the angle is zero.
     """
-    found = inputs.copy()
+    scaled = inputs.copy()
     for index in cosines_of(signals):
-        pair = found[:, index : index + 2]
+        pair = scaled[:, index : index + 2]
         pair[~pair.any(axis=1)] = (1.0, 0.0)
         pair *= signals[index].high / np.linalg.norm(pair, axis=1, keepdims=True)
-    return found
+    return scaled
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,6 @@ def nearest(word: str, known: Iterable[str], alike: float = ALIKE) -> str | None
 def or_meant(words: str | Iterable[str], known: Iterable[str]) -> str:
     """Return an ending for a message about unknown words, such as ``; did you mean 'mass'?``."""
     choices = list(known)
-    found = [nearest(word, choices) for word in ([words] if isinstance(words, str) else words)]
-    meant = list(dict.fromkeys(repr(name) for name in found if name is not None))
+    alike = [nearest(word, choices) for word in ([words] if isinstance(words, str) else words)]
+    meant = list(dict.fromkeys(repr(name) for name in alike if name is not None))
     return f"; did you mean {' and '.join(meant)}?" if meant else ""

@@ -23,7 +23,7 @@ def other_writer(provenance: Mapping[str, object] | None) -> str | None:
 
     None also if the provenance names no version, so that nothing is left out for that.
     """
-    found = (provenance or {}).get(WRITTEN_BY)
-    if not isinstance(found, str) or not A_VERSION.fullmatch(found):
+    writer = (provenance or {}).get(WRITTEN_BY)
+    if not isinstance(writer, str) or not A_VERSION.fullmatch(writer):
         return None
-    return None if found == own_version() else found
+    return None if writer == own_version() else writer

@@ -113,11 +113,11 @@ def require_loops(recipe: Recipe, system: Source) -> None:
 def remarks_on_clipping(recipe: Recipe, system: Source) -> list[str]:
     """Say which kinds of excitation leave the ranges of the inputs often, a sentence each."""
     return [
-        f"{table}.excitation, number {number} ({kind.kind}): {found}"
+        f"{table}.excitation, number {number} ({kind.kind}): {remark}"
         for table, kinds in recipe.tables_of_kinds().items()
         for number, kind in enumerate(kinds, 1)
-        for found in [clipped(kind, tuple(system.inputs), recipe.window.step)]
-        if found is not None
+        for remark in [clipped(kind, tuple(system.inputs), recipe.window.step)]
+        if remark is not None
     ]
 
 
@@ -128,11 +128,11 @@ def require_same_signals(recipe: Recipe, made: System, reference: System) -> Non
         RecipeError: the message names the difference.
     """
     wanted = _interface(made)
-    for what, found in _interface(reference).items():
-        if found != wanted[what]:
+    for what, own in _interface(reference).items():
+        if own != wanted[what]:
             raise RecipeError(
                 f"recipe {recipe.name!r}: system.reference = {recipe.system.reference} changes "
-                f"the {what} to {found}; expected, as with system.parameters, {wanted[what]}: "
+                f"the {what} to {own}; expected, as with system.parameters, {wanted[what]}: "
                 "leave out what changes that, or give it in system.parameters too"
             )
 
@@ -204,10 +204,10 @@ def load_picture(name: str) -> Callable[[System], bytes]:
         LoadError: the module cannot be imported, or has no such function.
     """
     module, function = imported(f"picture {name!r}", name)
-    found = getattr(module, function, None)
-    if not callable(found):
+    draw = getattr(module, function, None)
+    if not callable(draw):
         raise LoadError(
             f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
             "that takes the system and gives the bytes of a PNG file: correct system.picture"
         )
-    return cast(Callable[[System], bytes], found)
+    return cast(Callable[[System], bytes], draw)

@@ -50,7 +50,7 @@ GUESSED_N_OUT = 64
 
 def automatic_keys(tables: Tables) -> tuple[str, ...]:
     """Return which of the ``AUTOMATIC`` keys are left to be found, given tables as read."""
-    found = []
+    open_keys = []
     without_estimator = tables.get("estimator") is None
     for place in AUTOMATIC:
         if without_estimator and place in ESTIMATOR_NUMBERS:
@@ -59,10 +59,10 @@ def automatic_keys(tables: Tables) -> tuple[str, ...]:
             continue
         table, key = place.split(".")
         given = tables.get(table)
-        left_out = None if place in BOUND_NUMBERS and "data.train" not in found else AUTO
+        left_out = None if place in BOUND_NUMBERS and "data.train" not in open_keys else AUTO
         if isinstance(given, dict) and given.get(key, left_out) == AUTO:
-            found.append(place)
-    return tuple(found)
+            open_keys.append(place)
+    return tuple(open_keys)
 
 
 def with_guesses(tables: Tables) -> tuple[Tables, tuple[str, ...]]:
@@ -76,11 +76,11 @@ def with_guesses(tables: Tables) -> tuple[Tables, tuple[str, ...]]:
 
 def nested(values: Mapping[str, Value]) -> FoundValues:
     """Return values by dotted key (``"window.n_in"``) as a table of tables."""
-    found: FoundValues = {}
+    by_table: FoundValues = {}
     for place, value in values.items():
         table, key = place.split(".")
-        found.setdefault(table, {})[key] = value
-    return found
+        by_table.setdefault(table, {})[key] = value
+    return by_table
 
 
 def _guess_n_in(tables: Tables) -> int:

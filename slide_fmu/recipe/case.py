@@ -176,9 +176,9 @@ class Case:
             LoadError: as in ``source``; the message names the values of parameters.
             RecipeError: as in ``source``.
         """
-        found = self.at(ends)
+        case = self.at(ends)
         try:
-            _ = found.source
+            _ = case.source
         except LoadError as error:
             if not ends:
                 raise
@@ -188,7 +188,7 @@ class Case:
                 f"with {values}, at the ends of the ranges of the parameters: {error}; expected a "
                 f"model that can be made there: narrow {keys}, or correct the model"
             ) from error
-        return found
+        return case
 
     def system_with_step(self, step: float) -> System:
         """Make the system of the data with another sample step in s.

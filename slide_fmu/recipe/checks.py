@@ -29,13 +29,13 @@ def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
     Open lengths hold first guesses, so checks of lengths are left out for them.
     """
     guessed = any(key in LENGTHS for key in open_keys)
-    found = []
+    every = []
     for check in CHECKS if guessed else (*CHECKS, *CHECKS_OF_LENGTHS):
         try:
             check(recipe)
         except ValueError as error:
-            found.append(str(error))
-    return found
+            every.append(str(error))
+    return every
 
 
 def require_parameters(recipe: Recipe) -> None:
@@ -146,8 +146,8 @@ def require_kinds_in_one_table(recipe: Recipe) -> None:
         own = moving_by_themselves(kinds)
         every = [(kind.kind, kind.model_dump(exclude={"weight"})) for kind in own]
         for name, settings in every:
-            for other, found in known:
-                if settings == found:
+            for other, others in known:
+                if settings == others:
                     raise ValueError(
                         f"{table}.excitation has a {name!r} that is in {other}.excitation too; "
                         f"expected kinds, or settings of them, {ROLES[table]}: remove it from one "

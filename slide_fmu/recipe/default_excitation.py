@@ -70,12 +70,12 @@ def default_excitation(
     if inputs == "angle":
         return _turning(step)
     if inputs == "rates":
-        found = _smooth(step)
+        mix = _smooth(step)
     elif inputs == "held" or inputs == "moving":
-        found = _mixed(step, inputs == "moving", jumps)
+        mix = _mixed(step, inputs == "moving", jumps)
     else:
         assert_never(inputs)
-    *others, box = found
+    *others, box = mix
     kept = [] if turning else [box]
     if len(widths) > 1:
         others = [_lighter(table, 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)) for table in others]

@@ -89,27 +89,27 @@ def _made(
     """
     label = f"partner {model!r}"
     with _named(label):
-        found = describe_model(model)
-    inputs = {n: one for n, one in found.inputs.items() if not found.inputs_may_be_left_out}
-    taken = _port(label, "input", found.inputs, through and through[0], set(dict(ranges)))
-    given = _port(label, "output", found.outputs, through and through[1], set())
-    _require_unit(label, "input", taken, found.inputs[taken], ends[0])
-    _require_unit(label, "output", given, found.outputs[given], ends[1])
-    parameters = _parameters(label, found, dict(values), taken)
+        declared = describe_model(model)
+    inputs = {n: one for n, one in declared.inputs.items() if not declared.inputs_may_be_left_out}
+    taken = _port(label, "input", declared.inputs, through and through[0], set(dict(ranges)))
+    given = _port(label, "output", declared.outputs, through and through[1], set())
+    _require_unit(label, "input", taken, declared.inputs[taken], ends[0])
+    _require_unit(label, "output", given, declared.outputs[given], ends[1])
+    parameters = _parameters(label, declared, dict(values), taken)
     wanted = {taken: (ends[0].low, ends[0].high), **dict(ranges)}
     # of an FMU, inputs that nobody names keep their start values
     tables = {
         name: SignalTable(hold="first_order", range=wanted.get(name))
-        for name in found.inputs
+        for name in declared.inputs
         if name in wanted or name in inputs
     }
-    own_steps = 0.0 if found.held_step is None else step / found.held_step
+    own_steps = 0.0 if declared.held_step is None else step / declared.held_step
     if own_steps > 0.5 and abs(own_steps - round(own_steps)) < WHOLE:
         parameters["fmu-substeps"] = round(own_steps)  # it may take no other steps
     read = {given: SignalTable(range=(ends[1].low, ends[1].high))}
-    own = found.kind == "class"  # it declares its signals itself
+    own = declared.kind == "class"  # it declares its signals itself
     made = Specification(
-        found.model, parameters, step, found.kind, {} if own else tables, {} if own else read
+        declared.model, parameters, step, declared.kind, {} if own else tables, {} if own else read
     )
     with _named(label):
         system = load_system(made)
@@ -142,9 +142,9 @@ def _port(
         return known[0]
     if named in offered:
         return str(named)
-    found = "through is not given" if named is None else f"through names the {what} {named!r}"
+    given = "through is not given" if named is None else f"through names the {what} {named!r}"
     raise LoadError(
-        f'{label}: {found}; expected through = ["INPUT", "OUTPUT"] of the partner, with one of '
+        f'{label}: {given}; expected through = ["INPUT", "OUTPUT"] of the partner, with one of '
         f"its {what}s {list(offered)}{or_meant(named or '', offered)}"
     )
 
@@ -159,11 +159,11 @@ def _require_unit(label: str, what: str, name: str, table: SignalTable, other: S
 
 
 def _parameters(
-    label: str, found: Declared, values: dict[str, float], taken: str
+    label: str, declared: Declared, values: dict[str, float], taken: str
 ) -> dict[str, float]:
     """Return the values of parameters; refuse names that are neither those nor free inputs."""
-    known = [parameter.name for parameter in found.parameters]
-    free = [name for name in found.inputs if name != taken]
+    known = [parameter.name for parameter in declared.parameters]
+    free = [name for name in declared.inputs if name != taken]
     unknown = [name for name in values if name not in (*known, *free)]
     if unknown:
         raise LoadError(

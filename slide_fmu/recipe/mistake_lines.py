@@ -41,23 +41,23 @@ def mistake_lines(
         text: content of the file, for numbers of lines; empty without a file.
     """
     every = causes(error)
-    found, places = _without_misspelt(every, file), {item["loc"] for item in every}
+    shown, places = _without_misspelt(every, file), {item["loc"] for item in every}
     if not places.isdisjoint({("window",), ("window", "step")}):
         # the mix of inputs follows from the step, so it is missing for that reason alone
-        found = [item for item in found if item["loc"] not in {("data",), ("data", "excitation")}]
+        shown = [item for item in shown if item["loc"] not in {("data",), ("data", "excitation")}]
     return "\n".join(
-        f"{source}{_line(text, item, file)}: {_describe(item, whole, file)}" for item in found
+        f"{source}{_line(text, item, file)}: {_describe(item, whole, file)}" for item in shown
     )
 
 
-def _without_misspelt(found: list[Any], file: type[Table] | None) -> list[Any]:
+def _without_misspelt(items: list[Any], file: type[Table] | None) -> list[Any]:
     """Leave out that a key is missing where another mistake is its misspelt name."""
     meant = {
         (*item["loc"][:-1], nearest(str(item["loc"][-1]), known_keys(file, item["loc"][:-1])))
-        for item in found
+        for item in items
         if item["type"] == "extra_forbidden" and file is not None
     }
-    return [item for item in found if item["type"] != "missing" or item["loc"] not in meant]
+    return [item for item in items if item["type"] != "missing" or item["loc"] not in meant]
 
 
 def _line(text: str, item: Any, file: type[Table] | None) -> str:
@@ -106,12 +106,12 @@ def _describe(item: Any, whole: str, file: type[Table] | None) -> str:
     return f"{place} = {value_text(item['input'])}: {message}"
 
 
-def _example(place: Place, found: Any, file: type[Table]) -> str:
+def _example(place: Place, given: Any, file: type[Table]) -> str:
     """Return an ending that shows how the list at a place is written.
 
     Args:
         place: the place, with forms of tables.
-        found: the value that stands there in place of a list.
+        given: the value that stands there in place of a list.
         file: the outermost table of the file.
     """
     sections = list(sections_of(file))
@@ -123,7 +123,7 @@ def _example(place: Place, found: Any, file: type[Table]) -> str:
     if match is None:
         return ""
     wanted = int | float if "number" in match[2] else str
-    item = found if isinstance(found, wanted) else 1 if "number" in match[2] else "text"
+    item = given if isinstance(given, wanted) else 1 if "number" in match[2] else "text"
     return f", such as {value_text([item] * int(match[1] or 1))}"
 
 
@@ -163,13 +163,13 @@ def _of_other_forms(table: tuple[str | int, ...], key: str, file: type[Table]) -
     if not table or not forms or table[-1] not in [s.tag[1] for s in alike if s.tag]:
         return None
     (name,) = {s.tag[0] for s in alike if s.tag}
-    found = str(table[-1])
+    form = str(table[-1])
     if table[0] == "training":  # its form follows from the family of the network
         families = {method: family for family, method in METHODS.items()}
-        name, found, forms = "network.family", families[found], [families[f] for f in forms]
+        name, form, forms = "network.family", families[form], [families[f] for f in forms]
     switch = "network.family" if table[0] in ("network", "training") else name
     return (
-        f"is not a known key where {name} = {found!r}, only where it is "
+        f"is not a known key where {name} = {form!r}, only where it is "
         f"{' or '.join(map(repr, forms))}: remove it, or choose another {switch}"
     )
 

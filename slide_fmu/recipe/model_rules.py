@@ -83,8 +83,8 @@ class ModelRules(KindRules):
     def motions(self, recipe: Recipe) -> list[Motion]:
         kinds = recipe.mix()
         own = (kind.kind for kind in kinds)
-        found = zip(names_of(kinds), own, told_names_of(kinds), strict=True)
-        return [Motion(*each) for each in found]
+        named = zip(names_of(kinds), own, told_names_of(kinds), strict=True)
+        return [Motion(*each) for each in named]
 
     def described(
         self, recipe: Recipe, signals: tuple[Signal, ...], step: float, held_out: bool

@@ -63,8 +63,8 @@ class OpenRecipe:
             RecipeError: the values do not fit what the recipe gives, or are not open in it.
         """
         tables = self.guess.model_dump()
-        found = [f"{table}.{key}" for table, inner in values.items() for key in inner]
-        unasked = [place for place in found if place not in self.open_keys]
+        places = [f"{table}.{key}" for table, inner in values.items() for key in inner]
+        unasked = [place for place in places if place not in self.open_keys]
         if unasked:
             raise RecipeError(
                 f"{source}: values were found for {unasked}; expected some of {self.open_keys}, "
@@ -72,7 +72,7 @@ class OpenRecipe:
             )
         for table, inner in values.items():
             tables[table].update(inner)
-        still_open = tuple(key for key in self.open_keys if key not in found)
+        still_open = tuple(key for key in self.open_keys if key not in places)
         return _checked(tables, still_open, source)
 
     def resolved(self) -> Recipe:
@@ -98,9 +98,9 @@ def _checked(
         recipe = Recipe.model_validate(tables)
     except ValidationError as error:
         raise RecipeError(mistake_lines(error, source, file=Recipe, text=text)) from error
-    found = [*_unfindable(recipe, open_keys), *faults(recipe, open_keys)]
-    if found:
-        raise RecipeError("\n".join(f"{source}: {fault}" for fault in found))
+    every = [*_unfindable(recipe, open_keys), *faults(recipe, open_keys)]
+    if every:
+        raise RecipeError("\n".join(f"{source}: {fault}" for fault in every))
     return OpenRecipe(recipe, open_keys)
 
 

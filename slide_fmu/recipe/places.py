@@ -100,7 +100,7 @@ def line_of(text: str, place: Place) -> int | None:
     """
     inside: Place = ()
     counts: dict[Place, int] = {}
-    found, known = None, 0
+    line_number, known = None, 0
     for number, line in enumerate(text.splitlines(), 1):
         header, key = HEADER.match(line), KEY.match(line)
         if header is not None:
@@ -114,8 +114,8 @@ def line_of(text: str, place: Place) -> int | None:
         else:
             continue
         if len(here) > known and here == place[: len(here)]:
-            found, known = number, len(here)
-    return found
+            line_number, known = number, len(here)
+    return line_number
 
 
 def _keys(text: str) -> list[str]:

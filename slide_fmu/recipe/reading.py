@@ -40,10 +40,10 @@ def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise RecipeError(f"{source}: not valid TOML: {error}{_comma(text, error)}") from error
-    for place, found in _texts(tables, ()):
-        if UNUSABLE.search(found):
+    for place, content in _texts(tables, ()):
+        if UNUSABLE.search(content):
             raise RecipeError(
-                f"{source}: {place} holds {found!r}; expected text without control characters, "
+                f"{source}: {place} holds {content!r}; expected text without control characters, "
                 "since the XML files of an FMU can hold none"
             )
     return OpenRecipe.of(tables, str(source), text if isinstance(source, Path) else "")
@@ -53,10 +53,10 @@ def _comma(text: str, error: tomllib.TOMLDecodeError) -> str:
     """Return an ending that names a decimal comma, if the line of a mistake has one."""
     place = re.search(r"\(at line (\d+)", str(error))
     lines = text.splitlines()[int(place[1]) - 1 :][:1] if place else []
-    found = DECIMAL_COMMA.search(lines[0]) if lines else None
-    if found is None:
+    match = DECIMAL_COMMA.search(lines[0]) if lines else None
+    if match is None:
         return ""
-    return f"; numbers have a decimal point: write {found[1]}.{found[2]}, not {found[0]}"
+    return f"; numbers have a decimal point: write {match[1]}.{match[2]}, not {match[0]}"
 
 
 def _texts(value: Any, place: tuple[str, ...]) -> Iterator[tuple[str, str]]:

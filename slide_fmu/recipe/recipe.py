@@ -183,8 +183,8 @@ class Recipe(Table):
         if split == FURTHER:
             return self.with_further_kinds()
         if split in LEARNT and self.kinds_of_training():
-            found = self.with_kinds((*self.data.excitation, *self.kinds_of_training()))
-            return found.model_copy(update={"loop": self.loop})
+            drawn = self.with_kinds((*self.data.excitation, *self.kinds_of_training()))
+            return drawn.model_copy(update={"loop": self.loop})
         return self
 
     def with_further_kinds(self) -> Recipe:

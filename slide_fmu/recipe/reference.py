@@ -77,14 +77,14 @@ def _list_text(arguments: tuple[Any, ...]) -> str:
 
 def _limits(metadata: list[Any]) -> str:
     """Write the limits of a number; the limits of a whole ``Field`` are in its own metadata."""
-    found = []
+    texts = []
     for item in metadata:
         inner = item.metadata if isinstance(item, FieldInfo) else [item]
         for limit in inner:
             for kind, attribute, word in LIMITS:
                 if isinstance(limit, kind):
-                    found.append(f"{word} {getattr(limit, attribute):.10g}")
-    return f" {' '.join(dict.fromkeys(found))}" if found else ""
+                    texts.append(f"{word} {getattr(limit, attribute):.10g}")
+    return f" {' '.join(dict.fromkeys(texts))}" if texts else ""
 
 
 FILLED = ("data",)
@@ -138,9 +138,9 @@ def sections_of(table: type[Table], place: tuple[str, ...] = ()) -> Iterator[Sec
     tag = _tag(table) if place and place[-1] == (_tag(table) or ("", ""))[1] else None
     yield Section(place, tag, table, _keys(table, place))
     for name, field in table.model_fields.items():
-        found = list(_tables_in(field.annotation))
-        for inner, kind in found:
-            of_several = sum(1 for where, _ in found if where == inner) > 1
+        tables = list(_tables_in(field.annotation))
+        for inner, kind in tables:
+            of_several = sum(1 for where, _ in tables if where == inner) > 1
             form = (_tag(kind) or ("", ""))[1:] if of_several else ()
             yield from sections_of(kind, (*place, name, *inner, *form))
 
@@ -202,7 +202,7 @@ def _key(name: str, field: FieldInfo, automatic: bool, meaning: str) -> Key:
 
 def _meanings(table: type[Table]) -> dict[str, str]:
     """Return the meanings of attributes by name, with the interfaces of a table."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for kind in reversed(table.__mro__):
         documentation = inspect.cleandoc(kind.__dict__.get("__doc__") or "")
         _, _, block = documentation.partition("\n\nAttributes:\n")
@@ -213,10 +213,10 @@ def _meanings(table: type[Table]) -> dict[str, str]:
                 break  # another section
             if entry:
                 names = tuple(entry[1].split(", "))
-                found.update(dict.fromkeys(names, entry[2]))
+                meanings.update(dict.fromkeys(names, entry[2]))
             elif line.strip():
-                found.update({name: f"{found[name]} {line.strip()}" for name in names})
-    return {name: _plain(text) for name, text in found.items()}
+                meanings.update({name: f"{meanings[name]} {line.strip()}" for name in names})
+    return {name: _plain(text) for name, text in meanings.items()}
 
 
 def _plain(text: str) -> str:

@@ -76,7 +76,7 @@ class ModelDraft(Draft):
     """A ModelDraft holds the contents of a first recipe of a model.
 
     Attributes:
-        found: declarations of the model.
+        declared: declarations of the model.
         excitation: tables of the inputs of the training.
         further: tables of the inputs that the bound alone learns from.
         declares_signals: whether the model declares its signals with their ranges itself, so that
@@ -89,7 +89,7 @@ class ModelDraft(Draft):
         jumps: whether inputs that move may jump; None where they cannot.
     """
 
-    found: Declared
+    declared: Declared
     excitation: Sequence[KindTable]
     declares_signals: bool = False
     further: Sequence[KindTable] = ()
@@ -103,14 +103,14 @@ class ModelDraft(Draft):
 
 def recipe_text(draft: ModelDraft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
-    found = draft.found
+    declared = draft.declared
     lines = [
         *heading_lines(draft.name, draft.description),
         "[system]",
-        f"kind = {value_text(found.kind)}",
-        f"model = {value_text(found.model)}",
+        f"kind = {value_text(declared.kind)}",
+        f"model = {value_text(declared.model)}",
         *_chain_lines(draft.chain),
-        *_parameter_lines(found.parameters, draft.fmu_step),
+        *_parameter_lines(declared.parameters, draft.fmu_step),
         "",
     ]
     if not draft.declares_signals:

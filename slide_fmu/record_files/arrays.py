@@ -66,7 +66,7 @@ def columns_of(
     return {f"{name}_{index + 1}": column(index) for index in range(min(shape))}
 
 
-def table_of(found: dict[str, Column], choice: Choice) -> RecordTable:
+def table_of(by_column: dict[str, Column], choice: Choice) -> RecordTable:
     """Read the wanted columns; without names, all columns of the most frequent length.
 
     Where all others are wanted too, only others of the same length are read. Columns of times are
@@ -76,30 +76,30 @@ def table_of(found: dict[str, Column], choice: Choice) -> RecordTable:
         RecordError: there are no columns, the wanted columns differ in length, or there are too
             many samples.
     """
-    if not found:
+    if not by_column:
         raise RecordError(
             f"{choice.path} has no arrays of numbers; expected one for each signal, or one with "
             "a column for each"
         )
-    kept = choice.kept({name: column.unit for name, column in found.items()})
+    kept = choice.kept({name: column.unit for name, column in by_column.items()})
     wanted = [n for n in kept if not choice.names or n in (*choice.names, choice.time)]
-    lengths = Counter(found[name].length for name in wanted)
+    lengths = Counter(by_column[name].length for name in wanted)
     length = lengths.most_common(1)[0][0]
-    others = [name for name in wanted if found[name].length != length]
+    others = [name for name in wanted if by_column[name].length != length]
     if others and choice.names:
-        by_name = {name: found[name].length for name in wanted}
+        by_name = {name: by_column[name].length for name in wanted}
         raise RecordError(
             f"{choice.path} has columns of the lengths {by_name}; expected one length for all "
             "that are measured together: read them as several records"
         )
-    kept = [name for name in kept if found[name].length == length]
+    kept = [name for name in kept if by_column[name].length == length]
     choice.require_room(length, len(kept))
     columns: dict[str, FloatArray] = {}
     texts: list[Text] = []
     for name in kept:
-        columns[name], text = _floats(name, found[name].values())
+        columns[name], text = _floats(name, by_column[name].values())
         texts.extend([text] if text else [])
-    return RecordTable(columns, {name: found[name].unit for name in kept}, tuple(texts))
+    return RecordTable(columns, {name: by_column[name].unit for name in kept}, tuple(texts))
 
 
 def _floats(name: str, values: NDArray[np.generic]) -> tuple[FloatArray, Text | None]:

@@ -110,10 +110,10 @@ def read_csv(path: Path, choice: Choice) -> RecordTable:
                 raw = chunk[list(form.units).index(name)]
                 values = numbers_or_dates(raw, form.decimal, name in dates)
                 parts[name].append(values)
-                found = text_among(name, raw, values, samples)
-                if found is not None:
-                    first = texts.get(name, replace(found, count=0))
-                    texts[name] = replace(first, count=first.count + found.count)
+                text = text_among(name, raw, values, samples)
+                if text is not None:
+                    first = texts.get(name, replace(text, count=0))
+                    texts[name] = replace(first, count=first.count + text.count)
     except pandas.errors.EmptyDataError as error:
         raise RecordError(
             f"{choice.path} has nothing from line {form.first_line} on; expected a line for each "
@@ -202,7 +202,7 @@ def _encoding(head: bytes) -> str:
 
 def _signs(lines: Sequence[str]) -> tuple[str, str]:
     """Find separator and decimal sign: most fields are values, with equal numbers in all lines."""
-    best, found = (False, -1.0, 0), (",", ".")
+    best, signs = (False, -1.0, 0), (",", ".")
     for separator in SEPARATORS:
         rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
         width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
@@ -214,8 +214,8 @@ def _signs(lines: Sequence[str]) -> tuple[str, str]:
             )
             score = (width > 1 and read / total > ROW, round(read / total, 3), width)
             if score > best:
-                best, found = score, (separator, decimal)
-    return found
+                best, signs = score, (separator, decimal)
+    return signs
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -229,13 +229,13 @@ def _fields(line: str, separator: str) -> list[str]:
 def _without_titles(rows: Sequence[list[str]], choice: Choice) -> list[list[str]]:
     """Empty the lines above the first one that has most of these: all wanted names, and a time."""
     wanted = {name for name in (*(choice.names or ()), choice.time) if name}
-    found = [(False, False)] * min(len(rows), LOOKED_AT)
-    for k in range(len(found)):
+    scores = [(False, False)] * min(len(rows), LOOKED_AT)
+    for k in range(len(scores)):
         with suppress(RecordError):  # a line without a name for each column has no names
             units = named(_completed(rows[k]), choice.path)
             has_time = not choice.step and any(may_be_time(*column) for column in units.items())
-            found[k] = bool(wanted) and wanted <= units.keys(), has_time
-    titles = found.index(max(found))
+            scores[k] = bool(wanted) and wanted <= units.keys(), has_time
+    titles = scores.index(max(scores))
     return [[]] * titles + list(rows[titles:])
 
 
@@ -336,9 +336,9 @@ def _chunks(pandas: Any, path: Path, form: CsvFormat, choice: Choice) -> Iterato
             samples += len(chunk)
     if is_short:  # pandas gives NaN for values that are not there, as for empty ones
         with path.open(encoding=form.encoding, errors="replace", newline="") as file:
-            for line, found in enumerate(_counts(file, form), form.first_line):
-                if 0 < found < width:
-                    raise _wrong_width(choice.path, line, found, width)
+            for line, count in enumerate(_counts(file, form), form.first_line):
+                if 0 < count < width:
+                    raise _wrong_width(choice.path, line, count, width)
 
 
 def _counts(file: Iterable[str], form: CsvFormat) -> Iterator[int]:
@@ -350,9 +350,9 @@ def _counts(file: Iterable[str], form: CsvFormat) -> Iterator[int]:
     return (len(row) for row in rows)
 
 
-def _wrong_width(path: str, line: int, found: int, width: int) -> RecordError:
+def _wrong_width(path: str, line: int, count: int, width: int) -> RecordError:
     return RecordError(
-        f"{path}, line {line} has {found} values; expected {width} values in each line, as many "
+        f"{path}, line {line} has {count} values; expected {width} values in each line, as many "
         "as there are names: correct the file"
     )
 
@@ -360,6 +360,6 @@ def _wrong_width(path: str, line: int, found: int, width: int) -> RecordError:
 def _trimmed(columns: dict[str, FloatArray], texts: dict[str, Text]) -> dict[str, FloatArray]:
     """Leave out samples without any value at the end."""
     filled = [np.flatnonzero(~np.isnan(values)) for values in columns.values()]
-    ends = [int(found[-1]) + 1 for found in filled if len(found)]
+    ends = [int(samples[-1]) + 1 for samples in filled if len(samples)]
     end = max([*ends, *(text.sample + 1 for text in texts.values())], default=0)
     return {name: values[:end] for name, values in columns.items()}

@@ -22,18 +22,18 @@ def read_hdf5(path: Path, choice: Choice) -> RecordTable:
         RecordError: the file is no HDF5 file, lacks a column, or has too many samples.
     """
     h5py = library("h5py", choice.path)
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
 
     def visit(name: str, item: Any) -> None:
         numeric = isinstance(item, h5py.Dataset) and item.dtype.kind in NUMBERS
         hidden = name.startswith("#") or item.attrs.get("MATLAB_class") == b"char"
         if numeric and not hidden and item.shape:
-            found.update(columns_of(name, item.shape, _unit(item), lambda part: item[part]))
+            columns.update(columns_of(name, item.shape, _unit(item), lambda part: item[part]))
 
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
-            return table_of(found, choice)
+            return table_of(columns, choice)
     except OSError as error:
         raise RecordError(
             f"{choice.path}: {error}; expected an HDF5 file that is whole: write it again"

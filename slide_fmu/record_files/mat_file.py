@@ -58,12 +58,12 @@ def read_mat(path: Path, choice: Choice) -> RecordTable:
 
 def _columns(variables: Mapping[str, Any], structure: str = "") -> dict[str, Column]:
     """Return the columns in variables, or in the fields of a structure and of nested ones."""
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     for name, values in variables.items():
         if isinstance(values, np.ndarray) and values.dtype.kind in NUMBERS:
-            found.update(columns_of(structure + name, values.shape, "", values.__getitem__))
+            columns.update(columns_of(structure + name, values.shape, "", values.__getitem__))
         elif isinstance(values, np.ndarray) and values.dtype.names and values.size == 1:
             element = values.reshape(-1)[0]
             fields = {field: np.asarray(element[field]) for field in values.dtype.names}
-            found.update(_columns(fields, f"{structure}{name}."))
-    return found
+            columns.update(_columns(fields, f"{structure}{name}."))
+    return columns

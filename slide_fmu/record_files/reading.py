@@ -109,18 +109,18 @@ def _read(choice: Choice, step: float | None) -> Record:
     """Read one record with the reader of its format."""
     path = choice.path
     try:
-        found = find_file(path)
+        file_path = find_file(path)
     except OSError as error:
         raise RecordError(str(error)) from error
-    reader = READERS.get(found.suffix.lower())
+    reader = READERS.get(file_path.suffix.lower())
     if reader is None:
         raise RecordError(
-            f"{path} ends with {found.suffix!r}; expected one of {list(READERS)}: convert it"
+            f"{path} ends with {file_path.suffix!r}; expected one of {list(READERS)}: convert it"
         )
     try:
-        with found.open("rb") as file:
+        with file_path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
-        table = reader(found, choice)
+        table = reader(file_path, choice)
     except OSError as error:
         raise RecordError(f"{path}: {error}; expected a file that can be read") from error
     return _with_time(table, choice, step, digest)
@@ -156,20 +156,20 @@ def _with_time(table: RecordTable, choice: Choice, step: float | None, digest: s
 
 def _clocks(table: RecordTable, choice: Choice) -> dict[str, FloatArray]:
     """Return the columns of times, in s, by name; at least one unless the step is given."""
-    found: dict[str, FloatArray] = {}
+    clocks: dict[str, FloatArray] = {}
     for name, values in table.columns.items():
         unit = table.units[name]
         if name == choice.time or (is_time(name, unit) and name not in (choice.names or ())):
-            found[name] = in_seconds(name, _unit(unit, name, choice), values)
-    rising = {name: times for name, times in found.items() if name == choice.time or rises(times)}
+            clocks[name] = in_seconds(name, _unit(unit, name, choice), values)
+    rising = {name: times for name, times in clocks.items() if name == choice.time or rises(times)}
     if rising or choice.step:
         return rising
-    if not found:
+    if not clocks:
         raise NoTimesError(
             f"{choice.path} has no column of times among {shortened(table.columns)}; expected one "
             "named time, t or the like: name it with time, or give the step"
         )
-    return found
+    return clocks
 
 
 def _signals(table: RecordTable, choice: Choice, clocks: dict[str, FloatArray]) -> list[str]:

@@ -60,9 +60,9 @@ def fill_store(
     made = 0
     progress(done, total)
     for split, indices in missing.items():
-        found = segments(recipe, source, split) if indices else []
+        cut = segments(recipe, source, split) if indices else []
         for index in indices:
-            segment = found[index]
+            segment = cut[index]
             values = as_row(segment.parameters) if segment.parameters else None
             store.split(split).write(index, segment.trajectory, segment.file, values)
             made += 1
@@ -92,13 +92,13 @@ def unseen_motions(
     """
     return [
         UnseenMotion(
-            found.trajectory.inputs,
-            found.trajectory.outputs,
-            found.lead,
-            found.file,
-            found.parameters,
+            block.trajectory.inputs,
+            block.trajectory.outputs,
+            block.lead,
+            block.file,
+            block.parameters,
         )
-        for found in unseen_blocks(recipe, source)
+        for block in unseen_blocks(recipe, source)
     ]
 
 

@@ -215,10 +215,14 @@ class _Sums:
         ridge = np.full(len(matrix), RIDGE)
         ridge[order * self._n_outputs :] = RIDGE_OF_INPUTS
         damped = matrix + np.diag(ridge * np.trace(matrix) / len(matrix))
-        found = scipy.linalg.solve(damped, right, assume_a="pos")
+        coefficients = scipy.linalg.solve(damped, right, assume_a="pos")
         power = products[-self._n_outputs :, -self._n_outputs :]
-        cross = found.T @ right
-        return found, (power - cross - cross.T + found.T @ matrix @ found) / count, count
+        cross = coefficients.T @ right
+        return (
+            coefficients,
+            (power - cross - cross.T + coefficients.T @ matrix @ coefficients) / count,
+            count,
+        )
 
     def _state_space(
         self, coefficients: FloatArray, order: int
@@ -278,7 +282,7 @@ def _segment_products(
     total = sum(len(inputs) for inputs, _ in parts)
     size = max(order + 1, -(-total // SEGMENTS))
     width = order * (parts[0][0].shape[1] + parts[0][1].shape[1]) + parts[0][1].shape[1]
-    found = [(np.zeros((width, width)), 0) for _ in range(SEGMENTS)]
+    sums = [(np.zeros((width, width)), 0) for _ in range(SEGMENTS)]
     passed = 0
     for inputs, outputs in parts:
         usable = _rows((inputs, outputs), order)
@@ -288,10 +292,10 @@ def _segment_products(
             columns = [outputs[rows - lag] for lag in range(1, order + 1)]
             columns += [inputs[rows - lag] for lag in range(1, order + 1)]
             table = np.concatenate([*columns, outputs[rows]], axis=1)
-            before, count = found[index]
-            found[index] = before + table.T @ table, count + len(rows)
+            before, count = sums[index]
+            sums[index] = before + table.T @ table, count + len(rows)
         passed += len(inputs)
-    return [products for products in found if products[1]]
+    return [products for products in sums if products[1]]
 
 
 def _excited_part(

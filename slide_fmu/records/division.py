@@ -123,9 +123,9 @@ def split_pieces(
     lengths = [len(piece.trajectory.inputs) for piece in pieces]
     records = np.repeat([piece.record for piece in pieces], lengths)
     numbers = np.arange(len(records)) if numbers is None else numbers
-    found = _parts(numbers, records, splitting)
+    part_of_sample = _parts(numbers, records, splitting)
     split: dict[str, list[Block]] = {name: [] for name in splitting.shares}
-    for index, own in enumerate(np.split(found, np.cumsum(lengths)[:-1])):
+    for index, own in enumerate(np.split(part_of_sample, np.cumsum(lengths)[:-1])):
         for part, block in _blocks(index, own, splitting.lead):
             split[list(split)[part]].append(block)
     for name, blocks in split.items():
@@ -149,10 +149,10 @@ def _parts(
         first = in_order(records)
         count = int(first.max()) + 1
         groups = connected(first, count + numbers, count + int(numbers.max()) + 1)[first]
-        found, wanted = len(np.unique(groups)), np.count_nonzero(shares)
-        if found < wanted:
+        number, wanted = len(np.unique(groups)), np.count_nonzero(shares)
+        if number < wanted:
             raise RecordError(
-                f"there are {found} records of different inputs for {wanted} parts; expected at "
+                f"there are {number} records of different inputs for {wanted} parts; expected at "
                 'least one for each: record more, or set data.by = "block"'
             )
         return _shared_out(groups, shares)
@@ -192,7 +192,7 @@ def _blocks(piece: int, parts: NDArray[np.intp], lead: int) -> list[tuple[int, B
     The lead lies before the block, where samples belong to this part or to earlier parts; else
     fewer samples are scored.
     """
-    found = []
+    blocks = []
     parts = _smoothed(parts)
     edges = [0, *(np.flatnonzero(np.diff(parts)) + 1).tolist(), len(parts)]
     for begin, end in pairwise(edges):
@@ -200,8 +200,8 @@ def _blocks(piece: int, parts: NDArray[np.intp], lead: int) -> list[tuple[int, B
         later = np.flatnonzero(parts[max(0, begin - lead) : begin] > part)
         start = max(0, begin - lead) + (int(later[-1]) + 1 if len(later) else 0)
         if start + lead < end:
-            found.append((part, Block(piece, start, start + lead, end)))
-    return found
+            blocks.append((part, Block(piece, start, start + lead, end)))
+    return blocks
 
 
 def _smoothed(parts: NDArray[np.intp]) -> NDArray[np.intp]:

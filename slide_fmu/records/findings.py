@@ -85,8 +85,8 @@ class Rule:
         severity: Severity = "refused" if refuses else "remarked"
         about = record.path, column
         return [
-            Finding(self.kind, severity, *about, found, self.expected, self.remedy)
-            for found in self.test(record, column)
+            Finding(self.kind, severity, *about, fault, self.expected, self.remedy)
+            for fault in self.test(record, column)
         ]
 
 
@@ -106,13 +106,13 @@ def examine(
         RecordError: a record lacks a column that is named.
     """
     names = (*inputs, *outputs) or tuple(records[0].columns)
-    found = [finding for record in records for finding in examine_alone(record, names)]
+    findings = [finding for record in records for finding in examine_alone(record, names)]
     without_unit = [
         one for record in records for one in TIME_WITHOUT_UNIT.applied(record, record.clock or "")
     ]
-    found += without_unit[:1]
-    found += [finding for name in names for finding in _constant(records, name)]
-    return tuple(found)
+    findings += without_unit[:1]
+    findings += [finding for name in names for finding in _constant(records, name)]
+    return tuple(findings)
 
 
 def examine_alone(record: Record, names: Sequence[str]) -> list[Finding]:
@@ -123,11 +123,13 @@ def examine_alone(record: Record, names: Sequence[str]) -> list[Finding]:
     """
     record.chosen(tuple(names))
     clock = record.clock or ""
-    found = BROKEN_TIME.applied(record, clock)
-    if not found:
-        found += [one for rule in TIME_RULES for one in rule.applied(record, clock)]
-        found += [one for name in record.other_clocks for one in TWO_CLOCKS.applied(record, name)]
-    return found + [
+    findings = BROKEN_TIME.applied(record, clock)
+    if not findings:
+        findings += [one for rule in TIME_RULES for one in rule.applied(record, clock)]
+        findings += [
+            one for name in record.other_clocks for one in TWO_CLOCKS.applied(record, name)
+        ]
+    return findings + [
         one for name in names for rule in COLUMN_RULES for one in rule.applied(record, name)
     ]
 
@@ -137,10 +139,10 @@ def _constant(records: Sequence[Record], name: str) -> list[Finding]:
     known = np.concatenate([_finite(record, name)[0] for record in records])
     if not len(known) or known.min() < known.max():
         return []
-    found = f"the value is {records[0].with_unit(name, known[0])} in all samples"
+    fault = f"the value is {records[0].with_unit(name, known[0])} in all samples"
     remedy = "leave the column out, or check its sensor"
     return [
-        Finding("constant", "refused", records[0].path, name, found, "a signal that moves", remedy)
+        Finding("constant", "refused", records[0].path, name, fault, "a signal that moves", remedy)
     ]
 
 
@@ -253,23 +255,23 @@ def _saturated(record: Record, column: str) -> Iterable[str]:
 
 def _outliers(record: Record, column: str) -> Iterable[str]:
     known, where = _finite(record, column)
-    found = outliers(known)
-    if len(found):
-        first = int(found[0])
+    samples = outliers(known)
+    if len(samples):
+        first = int(samples[0])
         yield (
-            f"{len(found)} samples jump away from both neighbours, the first from "
+            f"{len(samples)} samples jump away from both neighbours, the first from "
             f"{known[first - 1]:.6g} to {record.with_unit(column, known[first])} at "
             f"{record.place(int(where[first]))}"
         )
 
 
 def _coarse(record: Record, column: str) -> Iterable[str]:
-    found = quantization(_finite(record, column)[0])
-    if found is not None and found.noise > COARSE:
+    rounding = quantization(_finite(record, column)[0])
+    if rounding is not None and rounding.noise > COARSE:
         yield (
-            f"{found.levels} different values, in steps of "
-            f"{record.with_unit(column, found.resolution)}; the rounding is "
-            f"{100 * found.noise:.2g} % of the standard deviation"
+            f"{rounding.levels} different values, in steps of "
+            f"{record.with_unit(column, rounding.resolution)}; the rounding is "
+            f"{100 * rounding.noise:.2g} % of the standard deviation"
         )
 
 

@@ -56,7 +56,7 @@ def require_alike(
         RecordError: a column is missing or cannot be used, a unit or the step is another one, or
             the file is one of the other records.
     """
-    found = examine_alone(noise, outputs)
+    findings = examine_alone(noise, outputs)
     for record in records:
         if record.digest == noise.digest:
             raise RecordError(
@@ -64,10 +64,10 @@ def require_alike(
                 "record that was taken while nothing moved: name another one, or leave out "
                 "system.noise_record"
             )
-    refused = [finding.message for finding in found if finding.severity == "refused"]
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))
-    remarks = [finding.message for finding in found]
+    remarks = [finding.message for finding in findings]
     for name in outputs:
         own, wanted = noise.units[name], records[0].units[name]
         if not own and wanted:
@@ -143,8 +143,8 @@ def _resampled(
     plan = plan_resampling(clock.step, step, clock.jitter, clock.longest(len(noise.time)))
     values = noise.chosen(outputs)
     rows = [slice(begin, end) for begin, end in gap_free_ranges(noise, clock, outputs)]
-    found = [resampled(noise.time[part], values[part], plan, "smooth") for part in rows]
-    return tuple(piece for piece in found if len(piece))
+    pieces = [resampled(noise.time[part], values[part], plan, "smooth") for part in rows]
+    return tuple(piece for piece in pieces if len(piece))
 
 
 def _deviations(records: Sequence[Record], outputs: tuple[str, ...]) -> FloatArray:

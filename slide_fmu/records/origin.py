@@ -20,10 +20,15 @@ OF_NOISE = "noise_record"
 def record_origin(source: MeasuredRecords) -> JsonObject:
     """Return the part of a provenance that names records."""
     files = zip(source.files, source.digests, strict=True)
-    found: JsonObject = {KEY: [{"file": name, "sha256": digest} for name, digest in files]}
+    origin_of_records: JsonObject = {
+        KEY: [{"file": name, "sha256": digest} for name, digest in files]
+    }
     if source.noise_record is not None:
-        found[OF_NOISE] = {"file": source.noise_record.file, "sha256": source.noise_record.digest}
-    return found
+        origin_of_records[OF_NOISE] = {
+            "file": source.noise_record.file,
+            "sha256": source.noise_record.digest,
+        }
+    return origin_of_records
 
 
 def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: str) -> None:
@@ -36,8 +41,8 @@ def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: s
         StageError: a file has changed, or the FMU does not name its records.
     """
     origin = record_origin(source)
-    wanted, found = provenance.get(KEY, []), origin.get(KEY, [])
-    for one, other in zip(found, wanted, strict=False):
+    wanted, current = provenance.get(KEY, []), origin.get(KEY, [])
+    for one, other in zip(current, wanted, strict=False):
         if one["sha256"] != other["sha256"]:
             raise StageError(
                 f"record {one['file']!r} has the SHA-256 hash {one['sha256'][:12]}...; expected "
@@ -45,10 +50,10 @@ def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: s
                 "learnt: restore the file, or train again, since samples that were learnt from "
                 "might be measured as unseen ones"
             )
-    if len(found) != len(wanted):
+    if len(current) != len(wanted):
         raise StageError(
-            f"{fmu} was learnt from {len(wanted)} known records; expected the {len(found)} of its "
-            "recipe: train again"
+            f"{fmu} was learnt from {len(wanted)} known records; expected the {len(current)} of "
+            "its recipe: train again"
         )
     own, other = origin.get(OF_NOISE), provenance.get(OF_NOISE)
     if own is not None and other is not None and own["sha256"] != other["sha256"]:

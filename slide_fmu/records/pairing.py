@@ -147,14 +147,14 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
     Raises:
         RecordError: a record lacks a column, or its time does not rise.
     """
-    found = []
+    findings = []
     for record in records:
         piece = longest_piece(record, preparation.inputs, preparation.outputs)
         answer = answer_of(*piece)
         if answer is not None:
-            found += _contradictions(record, preparation, answer)
-        found += _unmoved(record, preparation.outputs, *piece)
-    return tuple(found)
+            findings += _contradictions(record, preparation, answer)
+        findings += _unmoved(record, preparation.outputs, *piece)
+    return tuple(findings)
 
 
 def _unmoved(

@@ -22,13 +22,13 @@ def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
     Raises:
         RecipeError: as in ``divided``.
     """
-    found = [
+    remarks = [
         about_repeats(recipe, source),
         _behind_no_lead(recipe, source),
         left_out(recipe, source),
         *about_specimens(recipe, source),
     ]
-    return [remark for remark in found if remark is not None]
+    return [remark for remark in remarks if remark is not None]
 
 
 def about_repeats(recipe: Recipe, source: MeasuredRecords) -> str | None:
@@ -100,7 +100,7 @@ def left_out(recipe: Recipe, source: MeasuredRecords) -> str | None:
     lead = recipe.window.n_in - recipe.window.n_out
     scored = round(recipe.data.duration / recipe.window.step) - lead
     parts = scored_parts(recipe, source)
-    blocks = [block for part, found in parts.items() if part != "test" for block in found]
+    blocks = [block for part, own in parts.items() if part != "test" for block in own]
     short = [b.stop - b.scored for b in blocks if b.stop - b.scored < scored]
     if not short:
         return None

@@ -69,15 +69,15 @@ def _lead(recipe: Recipe) -> int:
 def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
     """Divide records so that repeated inputs are in one part; None if this does not help."""
     try:
-        found = _split(recipe, source, _lead(recipe), source.numbers)
+        split = _split(recipe, source, _lead(recipe), source.numbers)
     except RecipeError:
         return None
     begins = np.cumsum([0, *(len(piece.trajectory.inputs) for piece in source.pieces)])
-    for part, blocks in found.items():
+    for part, blocks in split.items():
         own = [source.numbers[begins[b.piece] :][b.scored : b.stop] for b in blocks]
         if part != "train" and len(np.unique(np.concatenate(own))) < _lead(recipe):
             return None
-    return found
+    return split
 
 
 def _split(
@@ -86,13 +86,13 @@ def _split(
     shares = {str(part): share for part, share in shares_of(recipe).items() if share}
     by = recipe.data.by
     try:
-        found = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)
+        split = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)
     except RecordError as error:
         raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
-    problem = too_few_specimens(recipe, files_of(source, found["train"]))
+    problem = too_few_specimens(recipe, files_of(source, split["train"]))
     if problem is not None:
         raise RecipeError(f"recipe {recipe.name!r}: data.by = {by!r}: {problem}")
-    return found
+    return split
 
 
 def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
@@ -105,8 +105,8 @@ def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
     """
     parts = {}
     for part, blocks in divided(recipe, source).items():
-        found = [own for block in blocks for own in _runs(source, block)]
-        longest = max((block.stop - block.scored for block in found), default=0)
+        runs = [own for block in blocks for own in _runs(source, block)]
+        longest = max((block.stop - block.scored for block in runs), default=0)
         wanted = max(FEWEST, recipe.window.n_out)
         if longest < min(wanted, max(block.stop - block.scored for block in blocks)):
             raise RecipeError(
@@ -115,7 +115,7 @@ def scored_parts(recipe: Recipe, source: MeasuredRecords) -> Split:
                 "row: leave out the lines of the file without outputs, if that makes even times "
                 "of a longer step, learn fewer outputs, or give a smaller window.n_out"
             )
-        parts[part] = tuple(found)
+        parts[part] = tuple(runs)
     return parts
 
 
@@ -129,15 +129,15 @@ def longest_scored(recipe: Recipe, source: MeasuredRecords) -> int:
         RecipeError: as in ``divided``.
     """
     parts = scored_parts(recipe, source)
-    found = []
+    longest = []
     for part in parts:
         if part != "test":
             scored = [block.stop - block.scored for block in parts[part]]
             shortest = min(recipe.window.n_out, max(scored))
             lengths = np.sort([length for length in scored if length >= shortest])[::-1]
             share = np.cumsum(lengths) / lengths.sum()
-            found.append(int(lengths[np.searchsorted(share, MOST)]))
-    return min(found)
+            longest.append(int(lengths[np.searchsorted(share, MOST)]))
+    return min(longest)
 
 
 def files_of(source: MeasuredRecords, blocks: Sequence[Block]) -> list[int]:

@@ -109,8 +109,8 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> PreparedRec
         remarks += _about_resampling(record, plan, preparation.hold)
         needed = (*preparation.inputs, *(preparation.outputs if plan.needed else ()))
         ranges = gap_free_ranges(record, clock, needed)
-        found = [_piece(record, index, s, plan, preparation) for s in ranges]
-        kept = [piece for piece in found if piece is not None]
+        cut = [_piece(record, index, s, plan, preparation) for s in ranges]
+        kept = [piece for piece in cut if piece is not None]
         if len(ranges) > 1 or len(kept) < len(ranges):
             left_out = len(ranges) - len(kept)
             remarks.append(
@@ -141,11 +141,11 @@ def gap_free_ranges(record: Record, clock: Clock, names: tuple[str, ...]) -> lis
     """Return begin and end (excluded) of ranges without gaps in time or named columns."""
     values = record.chosen(names)
     usable = np.asarray(np.isfinite(values).all(axis=1))
-    found = []
+    free = []
     for begin, end in clock.pieces(len(usable)):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], usable[begin:end], [False]])))
-        found += [(begin + int(a), begin + int(b)) for a, b in edges.reshape(-1, 2)]
-    return found
+        free += [(begin + int(a), begin + int(b)) for a, b in edges.reshape(-1, 2)]
+    return free
 
 
 def longest_piece(

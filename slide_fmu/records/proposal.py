@@ -115,14 +115,14 @@ def chosen_columns(
     Raises:
         RecipeError: a column is both, or inputs or outputs are missing.
     """
-    inputs, found = tuple(options.inputs), list(record.columns)
-    outputs = options.outputs or tuple(name for name in found if name not in inputs)
+    inputs, columns = tuple(options.inputs), list(record.columns)
+    outputs = options.outputs or tuple(name for name in columns if name not in inputs)
     both = [name for name in inputs if name in outputs]
     if both:
         raise RecipeError(f"--input {both[0]} is an output too; expected one of both: remove one")
     if not inputs or not outputs:
         raise RecipeError(
-            f"{record.path} has the columns {found}; expected which of them are inputs, and at "
+            f"{record.path} has the columns {columns}; expected which of them are inputs, and at "
             "least one that is an output: give --input NAME, and --output NAME for those that the "
             "surrogate shall have"
         )

@@ -44,11 +44,11 @@ def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[s
 
 def _on_what_is_cut_off(validation: Validation) -> list[str]:
     """Name the outputs whose error comes from the window."""
-    found = []
+    remarks = []
     for output in validation.figures().outputs:
         error, free = output.relative_rmse, output.free_relative_rmse
         if free is not None and error > CUT_OFF * free:
-            found.append(
+            remarks.append(
                 f"output {output.name!r}: the FMU has an error of {percent(error)}, but the "
                 f"network that runs freely along the record one of {percent(free)}: the system "
                 "remembers what the window cuts off. It may have hysteresis, which no window can "
@@ -56,7 +56,7 @@ def _on_what_is_cut_off(validation: Validation) -> list[str]:
                 "slow part that a linear fit does not show: raise window.n_in, and see whether "
                 "that helps"
             )
-    return found
+    return remarks
 
 
 def _on_rest(source: MeasuredRecords, validation: Validation) -> list[str]:

@@ -105,14 +105,14 @@ def resampled(
     count = _count(time, plan)
     if between == "zero_order":
         at = time[0] + plan.step * np.arange(count + 1)
-        found = _means(time, values, at)
+        even = _means(time, values, at)
     elif plan.down == 1:
-        found = _interpolated(time, values, time[0] + plan.step * np.arange(count), between)
+        even = _interpolated(time, values, time[0] + plan.step * np.arange(count), between)
     else:
         at = np.arange(time[0], time[-1] + 1e-6 * plan.base, plan.base)
         base = values if plan.even else _interpolated(time, values, at, between)
-        found = resample_poly(base, plan.up, plan.down, axis=0)[:count]
-    return np.asarray(found[plan.edge : max(plan.edge, count - plan.edge)])
+        even = resample_poly(base, plan.up, plan.down, axis=0)[:count]
+    return np.asarray(even[plan.edge : max(plan.edge, count - plan.edge)])
 
 
 def _count(time: FloatArray, plan: Resampling) -> int:

@@ -45,11 +45,11 @@ def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajecto
         RecipeError: as of ``divided``.
     """
     blocks = in_order_of_time(recipe, source)["train"]
-    found: dict[tuple[float, ...], list[Trajectory]] = {}
+    by_specimen: dict[tuple[float, ...], list[Trajectory]] = {}
     for block, file in zip(blocks, files_of(source, blocks), strict=True):
         specimen = tuple(values_in_file(recipe, file).values())
-        found.setdefault(specimen, []).append(block.cut(source.pieces))
-    return list(found.values())
+        by_specimen.setdefault(specimen, []).append(block.cut(source.pieces))
+    return list(by_specimen.values())
 
 
 def segments(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Segment]:
@@ -65,20 +65,20 @@ def segments(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Segment
     """
     lead = recipe.window.n_in - recipe.window.n_out
     scored = round(recipe.data.duration / recipe.window.step) - lead
-    found = []
+    cut = []
     for block in scored_parts(recipe, source).get(part, ()):
         for first in _firsts(block, scored):
             whole = Block(block.piece, first - lead, first, first + scored)
-            found.append(_segment(recipe, source, whole))
+            cut.append(_segment(recipe, source, whole))
     lacking = part.startswith("estimator") and not all(
-        np.isfinite(one.trajectory.outputs).all() for one in found
+        np.isfinite(one.trajectory.outputs).all() for one in cut
     )
     if lacking:
         raise RecipeError(
             f"recipe {recipe.name!r}: outputs are missing in the part {part!r}; expected all of "
             "them for an error estimator: remove the table [estimator]"
         )
-    return found
+    return cut
 
 
 def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
@@ -87,12 +87,12 @@ def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
     Raises:
         RecipeError: as of ``divided``.
     """
-    found = []
+    unseen = []
     for block in scored_parts(recipe, source)["test"]:
         start = max(0, block.scored - recipe.window.n_in)
         whole = Block(block.piece, start, block.scored, block.stop)
-        found.append(_segment(recipe, source, whole))
-    return found
+        unseen.append(_segment(recipe, source, whole))
+    return unseen
 
 
 def inputs_beyond(
@@ -109,15 +109,15 @@ def inputs_beyond(
     """
     blocks = [block.cut(source.pieces).inputs for block in divided(recipe, source)["train"]]
     mean = np.concatenate(blocks).mean(axis=0)
-    found = []
+    beyond = []
     for index in range(number):
         inputs = blocks[index % len(blocks)]
         if len(inputs) < count:
             inputs = np.pad(inputs, ((0, count - len(inputs)), (0, 0)), mode="symmetric")
         first = (len(inputs) - count) * index // max(1, number - 1)
         larger = mean + factor * (inputs[first : first + count] - mean)
-        found.append(on_circles(source.inputs, larger))
-    return np.stack(found)
+        beyond.append(on_circles(source.inputs, larger))
+    return np.stack(beyond)
 
 
 def _segment(recipe: Recipe, source: MeasuredRecords, block: Block) -> Segment:

@@ -125,20 +125,20 @@ class RecordSizing:
 
     def _lasting(self) -> str:
         decay = self.decay
-        found = (
+        words = (
             f"the slowest pole of a linear fit of the records has the rate {decay.rate:.3g} 1/s, "
             f"with a standard deviation of {decay.deviation:.2g} 1/s, and the longest piece of "
             f"the records is {decay.longest:.4g} s long"
         )
         if decay.frequency == 0.0:
             return (
-                f"an integral, a drift, or a free direction: {found}: nothing says that what "
+                f"an integral, a drift, or a free direction: {words}: nothing says that what "
                 "happened once is ever forgotten, so no window can hold it. Learn the rate of the "
                 "output instead (its derivative, as the velocity of a position), remove the drift "
                 "of the sensor, or record for longer if the system is merely slow"
             )
         return (
-            f"an oscillation that does not decay: {found}. Give the system damping, leave out "
+            f"an oscillation that does not decay: {words}. Give the system damping, leave out "
             "what drives the oscillation, or record for longer"
         )
 
@@ -181,17 +181,17 @@ def lengths_of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
         if not sizing.forgets:
             raise NotForgettingError(f"recipe {recipe.guess.name!r}: {sizing.problem}")
         n_in, n_out = both_lengths(recipe, tidy(wanted_samples(sizing)))
-    found = with_window(recipe, n_in, n_out)
+    lengths = with_window(recipe, n_in, n_out)
     if sizing is not None:
-        sizing = replace(sizing, window=found.recipe.guess.window.as_window)
+        sizing = replace(sizing, window=lengths.recipe.guess.window.as_window)
     if "data.duration" not in recipe.open_keys:
-        return replace(found, sizing=sizing)
-    window = found.recipe.guess.window.as_window
-    scored = round(found.recipe.guess.data.duration / window.step - window.n_truncated)
-    most = longest_scored(found.recipe.guess, source)
+        return replace(lengths, sizing=sizing)
+    window = lengths.recipe.guess.window.as_window
+    scored = round(lengths.recipe.guess.data.duration / window.step - window.n_truncated)
+    most = longest_scored(lengths.recipe.guess, source)
     duration = round((min(scored, most) + window.n_truncated) * window.step, 12)
-    data = {**found.values.get("data", {}), "duration": duration}
-    values = {**found.values, "data": data}
+    data = {**lengths.values.get("data", {}), "duration": duration}
+    values = {**lengths.values, "data": data}
     source_name = f"recipe {recipe.guess.name!r} with the lengths that its records need"
     return Lengths(recipe.with_found(values, source_name), values, sizing)
 
@@ -231,15 +231,15 @@ def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft,
     for remaining in (draft.remaining_amplitude, COARSER):
         recipe = _recipe(replace(draft, remaining_amplitude=remaining), paths)
         try:
-            found = lengths_of_records(recipe, source)
+            lengths = lengths_of_records(recipe, source)
         except NotForgettingError as error:
             raise RecipeError(str(error)) from error
         except RecipeError as error:
             refused = refused or error
             continue
-        few = None if found.sizing is None else found.sizing.remark
+        few = None if lengths.sizing is None else lengths.sizing.remark
         kept = replace(draft, remaining_amplitude=remaining)
-        again = about_repeats(found.recipe.guess, source)
+        again = about_repeats(lengths.recipe.guess, source)
         remarks = again, few, _coarser(draft, kept)
         return kept, tuple(remark for remark in remarks if remark)
     raise RecipeError(_too_short(usual.guess, source, str(refused))) from refused

@@ -103,11 +103,11 @@ def validate_records(
             "records: nothing beyond what was measured is known. Leave them out"
         )
     recipe = case.recipe
-    found = unseen_blocks(recipe, source)[: task.trajectories]
+    blocks = unseen_blocks(recipe, source)[: task.trajectories]
     comparisons = []
-    progress(0, len(found))
+    progress(0, len(blocks))
     with unpacked(fmu) as files:
-        for block in found:
+        for block in blocks:
             measured = block.trajectory
             drawn = Draw(block.file, 1.0, None, measured.inputs, block.lead)
             own, values = surrogate, block.parameters
@@ -118,7 +118,7 @@ def validate_records(
             scored = len(comparison.reference)
             free = None if free is None else free[-scored:]
             comparisons.append(replace(comparison, free=free))
-            progress(len(comparisons), len(found))
+            progress(len(comparisons), len(blocks))
     noise = rms_of_noise(source.noise_at_rest, [comparison.error for comparison in comparisons])
     return Validation(
         task, surrogate, recipe, tuple(comparisons), noise=noise, between_known=False
@@ -148,5 +148,5 @@ def _free(surrogate: Surrogate, measured: Trajectory) -> FloatArray | None:
     first = max(1, min(surrogate.window.n_truncated, len(measured.inputs) - 1))
     if not np.isfinite(measured.outputs[1 : first + 1]).any():
         return None
-    found = free_run(surrogate, measured.inputs, measured.outputs[1:], first)
-    return None if found is None else found.outputs
+    run = free_run(surrogate, measured.inputs, measured.outputs[1:], first)
+    return None if run is None else run.outputs

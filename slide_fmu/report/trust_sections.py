@@ -92,7 +92,7 @@ def search_sections(attacks: Sequence[Attack], surrogate: Surrogate) -> list[Rep
         "so that an error becomes large relative to its bound while trusted is true. Before the "
         f"search the largest ratio was {ratio_text(before)}."
     )
-    charts = [trust_charts.search_chart("The worst start", worst.found, surrogate)]
+    charts = [trust_charts.search_chart("The worst start", worst.measured, surrogate)]
     return [ReportSection("Search for unnoticed errors", text, charts=charts)]
 
 

@@ -341,10 +341,10 @@ def _row(
     except (Exception, SystemExit) as error:  # a user's method may raise anything, and end
         raise SimulationError(raised(system, method, error, k, *inputs), time) from error
     try:
-        found = real_numbers(row)
-        what = f"outputs of shape {found.shape}"
-        if found.shape == (len(system.outputs),):
-            return found
+        numbers = real_numbers(row)
+        what = f"outputs of shape {numbers.shape}"
+        if numbers.shape == (len(system.outputs),):
+            return numbers
     except (TypeError, ValueError):
         what = repr(row)
     raise SimulationError(
@@ -382,12 +382,12 @@ def real_numbers(values: object) -> FloatArray:
     Raises:
         TypeError, ValueError: these are no real numbers.
     """
-    found = np.array(values)
-    if found.dtype == np.float64:
-        return found
-    if found.dtype.kind not in "fiub":
-        raise ValueError(f"of type {found.dtype}, no real numbers")
-    return found.astype(np.float64)
+    numbers = np.array(values)
+    if numbers.dtype == np.float64:
+        return numbers
+    if numbers.dtype.kind not in "fiub":
+        raise ValueError(f"of type {numbers.dtype}, no real numbers")
+    return numbers.astype(np.float64)
 
 
 def raised(

@@ -44,15 +44,15 @@ def check_step(system: System, step: float | None) -> None:
     Raises:
         ContractError: its step is missing or different.
     """
-    found: Any = getattr(system, "step", None)
-    number = isinstance(found, float | int) and not isinstance(found, bool)
-    if number and 0 < found < math.inf and (step is None or abs(found - step) <= 1e-9 * step):
+    given: Any = getattr(system, "step", None)
+    number = isinstance(given, float | int) and not isinstance(given, bool)
+    if number and 0 < given < math.inf and (step is None or abs(given - step) <= 1e-9 * step):
         return
     expected = "the sample step in s that it simulates with, a positive number"
     if step is not None and step > 0:
         expected = f"{step!r}, the step that it was made with (in s)"
     raise contract_error(
-        system, "step", f"is {found!r}", expected,
+        system, "step", f"is {given!r}", expected,
         "take an argument `step`, and keep it as it is given: self.step = step",
     )  # fmt: skip
 
@@ -65,13 +65,15 @@ def check_signals(system: System) -> None:
     """
     names = []
     for what in ("inputs", "outputs"):
-        found = getattr(system, what, None)
-        if not (isinstance(found, tuple) and found and all(isinstance(s, Signal) for s in found)):
+        signals = getattr(system, what, None)
+        if not (
+            isinstance(signals, tuple) and signals and all(isinstance(s, Signal) for s in signals)
+        ):
             raise contract_error(
-                system, what, f"is {found!r}", "a tuple of slide_fmu.Signal, at least one",
+                system, what, f"is {signals!r}", "a tuple of slide_fmu.Signal, at least one",
                 f'write self.{what} = (Signal("name", "unit", low, high),)',
             )  # fmt: skip
-        names += [signal.name for signal in found]
+        names += [signal.name for signal in signals]
     twice = sorted({name for name, next_one in pairwise(sorted(names)) if name == next_one})
     if twice:
         raise contract_error(

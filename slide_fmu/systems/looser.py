@@ -53,8 +53,8 @@ def ladders(system: System, made: Specification) -> list[list[Rung]]:
     """
     if isinstance(system, FunctionSystem):
         return [_of_function(system, solver) for solver in _solvers(system.solver)]
-    found = [] if made.kind == "object" else list(_of_parameters(system, made))
-    return found or [[Rung(solver_of(system), "as it is", lambda: system)]]
+    of_parameters = [] if made.kind == "object" else list(_of_parameters(system, made))
+    return of_parameters or [[Rung(solver_of(system), "as it is", lambda: system)]]
 
 
 def solver_of(system: System) -> str:
@@ -71,7 +71,7 @@ def _solvers(own: Solver) -> list[Solver]:
 
 
 def _of_function(system: FunctionSystem, finest: Solver) -> list[Rung]:
-    found = []
+    rungs = []
     for factor in _factors(finest.rtol):
         solver = replace(finest, rtol=finest.rtol * factor, atol=finest.atol * factor)
         setting = f"rtol = {solver.rtol:.2g}, atol = {solver.atol:.2g}"
@@ -79,8 +79,8 @@ def _of_function(system: FunctionSystem, finest: Solver) -> list[Rung]:
         def make(solver: Solver = solver) -> System:
             return system.with_solver(solver)
 
-        found.append(Rung(solver.method, setting, make))
-    return found
+        rungs.append(Rung(solver.method, setting, make))
+    return rungs
 
 
 def _of_parameters(system: System, made: Specification) -> Iterator[list[Rung]]:
@@ -111,13 +111,13 @@ def _fineness(made: Specification) -> dict[str, float]:
     except LoadError:  # it cannot be made without its parameters
         declared = ()
     values = {**{one.name: one.value for one in declared}, **made.parameters}
-    found: dict[str, float] = {}
+    fineness: dict[str, float] = {}
     for name in (*TOLERANCES, SUBSTEPS):
         value = values.get(name)
         known = isinstance(value, int) if name == SUBSTEPS else isinstance(value, float)
         if known:
-            found[name] = float(value or 0)
-    return found
+            fineness[name] = float(value or 0)
+    return fineness
 
 
 def _factors(tolerance: float) -> list[float]:
@@ -129,5 +129,5 @@ def _factors(tolerance: float) -> list[float]:
 def _counts(finest: int) -> list[float]:
     """Return numbers of steps, about 0.7 to each other, down to one."""
     halves = int(2 * math.log2(finest))
-    found = {max(1, round(finest * 2 ** (-k / 2))) for k in range(halves + 2)}
-    return sorted(found, reverse=True)
+    counts = {max(1, round(finest * 2 ** (-k / 2))) for k in range(halves + 2)}
+    return sorted(counts, reverse=True)

@@ -23,18 +23,18 @@ def make(specification: Specification) -> System:
     Raises:
         LoadError: module or class is missing, or the parameters do not fit.
     """
-    model, found = specification.model, _find_class(specification.model)
+    model, system_class = specification.model, _find_class(specification.model)
     if specification.inputs or specification.outputs:
         raise LoadError(
             f"system {model!r}: system.inputs or system.outputs of the recipe; expected none, "
             "since a class declares its own signals: remove them"
         )
     arguments: dict[str, object] = dict(specification.parameters)
-    require_known(f"system {model!r}", arguments, inspect.signature(found).parameters)
+    require_known(f"system {model!r}", arguments, inspect.signature(system_class).parameters)
     if specification.step is not None:
         arguments["step"] = specification.step
     try:
-        return found(**arguments)
+        return system_class(**arguments)
     except (Exception, SystemExit) as error:  # a user's class may raise anything, and end
         raise LoadError(f"system {model!r} with {arguments}: {error_text(error)}") from error
 
@@ -111,20 +111,20 @@ def _find_class(model: str) -> type[System]:
             "system.kind: function, exudyn or fmu"
         )
     module, class_name = imported(f"system {model!r}", model)
-    found = getattr(module, class_name, None)
-    if not _is_system(found):
-        raise LoadError(f"system {model!r}: {_why_none(module, class_name, found)}")
-    return cast(type[System], found)
+    system_class = getattr(module, class_name, None)
+    if not _is_system(system_class):
+        raise LoadError(f"system {model!r}: {_why_none(module, class_name, system_class)}")
+    return cast(type[System], system_class)
 
 
-def _why_none(module: ModuleType, name: str, found: object) -> str:
+def _why_none(module: ModuleType, name: str, named: object) -> str:
     """Say why a name of a module is not a usable reference system."""
-    lacks = sorted(getattr(found, "__abstractmethods__", ()))
-    if inspect.isclass(found) and issubclass(found, System) and lacks:
-        asks = ", ".join(base.__name__ for base in found.__bases__)
+    lacks = sorted(getattr(named, "__abstractmethods__", ()))
+    if inspect.isclass(named) and issubclass(named, System) and lacks:
+        asks = ", ".join(base.__name__ for base in named.__bases__)
         return f"{name} lacks the methods {', '.join(lacks)}, which {asks} asks for: define them"
     own = sorted(key for key, item in vars(module).items() if _is_system(item))
-    if found is None:
+    if named is None:
         classes = [key for key, item in vars(module).items() if inspect.isclass(item)]
         return f"there is no {name!r}; expected {_one_of(own)}{or_meant(name, classes)}"
     return (

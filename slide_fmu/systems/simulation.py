@@ -87,8 +87,8 @@ def simulate_between(
     with _range_named(system, inputs):
         system.set_state(system.rest_state(between[0]) if initial is None else initial)
         points = read_only(between).reshape(len(inputs), parts, -1)
-        found = go_on(system, points, advance=system.advance_bending)
-        return _checked(system, inputs, found)
+        outputs = go_on(system, points, advance=system.advance_bending)
+        return _checked(system, inputs, outputs)
 
 
 def simulate_jumping(
@@ -117,8 +117,8 @@ def simulate_jumping(
         with _range_named(system, inputs):
             system.set_state(system.rest_state(inputs[0]) if initial is None else initial)
             pairs = read_only(np.stack([inputs, jumps], axis=1))
-            found = go_on(system, pairs, advance=lambda pair: system.advance_jumping(*pair))
-            return _checked(system, inputs, found)
+            outputs = go_on(system, pairs, advance=lambda pair: system.advance_jumping(*pair))
+            return _checked(system, inputs, outputs)
     if system.finer is None:
         raise ValueError(
             "inputs that jump within a sample step for a system that is not made for them; "
@@ -141,8 +141,8 @@ def simulate_jumping(
             if row is not None:
                 finer.jump(row)
 
-        found = go_on(finer, read_only(between), reached)
-        return _checked(finer, between, found)[::parts]
+        outputs = go_on(finer, read_only(between), reached)
+        return _checked(finer, between, outputs)[::parts]
 
 
 def _in_parts(
@@ -210,28 +210,28 @@ def _checked(system: System, inputs: FloatArray, outputs: object) -> FloatArray:
     shape, name = (len(inputs) + 1, len(system.outputs)), type(system).__qualname__
     expected = f"expected an array of numbers of shape {shape}: correct the model"
     try:
-        found = real_numbers(outputs)
+        values = real_numbers(outputs)
     except (TypeError, ValueError) as error:
         what = f"{name}.simulate gave {type(outputs).__name__} ({error})"
         raise SimulationError(f"{what}; {expected}") from error
-    if found.shape != shape:
+    if values.shape != shape:
         raise SimulationError(
-            f"{name}.simulate gave an array of shape {found.shape}; expected {shape}: a row for "
+            f"{name}.simulate gave an array of shape {values.shape}; expected {shape}: a row for "
             f"the start and one for each of the {len(inputs)} inputs, a column for each output"
         )
-    finite = np.isfinite(found).all(axis=1)
+    finite = np.isfinite(values).all(axis=1)
     if not finite.all():
         k = int(np.argmin(finite))
-        i = int(np.argmin(np.isfinite(found[k])))
+        i = int(np.argmin(np.isfinite(values[k])))
         under, signal = inputs[max(0, k - 1)].tolist(), system.outputs[i]
         raise SimulationError(
-            f"{name}.{_method(system, k)} gave output {signal.name!r} = {found[k, i]} "
+            f"{name}.{_method(system, k)} gave output {signal.name!r} = {values[k, i]} "
             f"{signal.unit} in sample {k} (t = {k * system.step:.6g} s) under the input {under}; "
             "expected finite numbers: excite it less, choose a smaller step, or "
             "correct the model",
             k * system.step,
         )
-    return found
+    return values
 
 
 def _method(system: System, sample: int) -> str:

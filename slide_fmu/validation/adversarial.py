@@ -61,10 +61,10 @@ class MeasuredInputs:
     @property
     def ratios(self) -> FloatArray:
         """Errors over their bounds, (N, n_outputs); 0 where they do not count or are flagged."""
-        found = self.errors / self.bounds
-        found[~self.trusted] = 0.0
-        found[: self.first] = 0.0
-        return found
+        ratios_of_trusted = self.errors / self.bounds
+        ratios_of_trusted[~self.trusted] = 0.0
+        ratios_of_trusted[: self.first] = 0.0
+        return ratios_of_trusted
 
     @property
     def step(self) -> int:
@@ -155,8 +155,8 @@ class Target:
 
     def worst(self, run: AttackedRun) -> tuple[float, int]:
         """Return the largest error over its bound where it is trusted, and its sample."""
-        found = self.measured(run)
-        return found.ratio, found.step
+        inputs = self.measured(run)
+        return inputs.ratio, inputs.step
 
     def measured(self, run: AttackedRun) -> MeasuredInputs:
         """Measure the surrogate as far as the reference was run."""
@@ -192,16 +192,16 @@ class Attack:
     Attributes:
         before: largest error over its bound where it is trusted, at the start and at the usual
             confidence.
-        found: the inputs at the end, measured.
+        measured: the inputs at the end, measured.
     """
 
     before: float
-    found: MeasuredInputs
+    measured: MeasuredInputs
 
     @property
     def after(self) -> float:
         """Largest error over its bound where it is trusted, at the end."""
-        return self.found.ratio
+        return self.measured.ratio
 
 
 def attack(
@@ -216,13 +216,13 @@ def attack(
     """
     recipe, system = case.recipe, case.reference
     stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
-    found = []
+    attacks = []
     progress(0, starts)
     for index in range(starts):
         target = _target(surrogate, recipe, system, stream, index)
-        found.append(search(target, np.random.default_rng((seed, index))))
+        attacks.append(search(target, np.random.default_rng((seed, index))))
         progress(index + 1, starts)
-    return found
+    return attacks
 
 
 def _target(
@@ -250,9 +250,9 @@ def search(target: Target, rng: np.random.Generator) -> Attack:
     size = FIRST_STEP
     for _ in range(CHILDREN):
         inputs, changed = _changed(target, best.inputs, step, size, rng)
-        child, found, at = _tried(target, best, inputs, changed)
-        if child is not None and found > ratio:
-            best, ratio, step = child, found, at
+        child, worse, at = _tried(target, best, inputs, changed)
+        if child is not None and worse > ratio:
+            best, ratio, step = child, worse, at
             size = min(size * GROWTH, 1.0)
         else:
             size = max(size * SHRINKAGE, LEAST_STEP)

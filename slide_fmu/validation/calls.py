@@ -201,7 +201,7 @@ def _same(*steps: float) -> bool:
 
 
 def row_of(
-    found: Sequence[CallAnswers],
+    every: Sequence[CallAnswers],
     outputs: Sequence[Signal],
     named: Named,
     call: Call,
@@ -211,22 +211,22 @@ def row_of(
     """Make the row of some motions; None where no communication point counts.
 
     Args:
-        found: the answers on each motion.
+        every: the answers on each motion.
         outputs: the signals of the outputs.
         named: the inputs.
         call: how the importer called.
         steps: its communication step, and the surrogate's own, in s.
         levels: which errors are usual.
     """
-    error, truth = (np.concatenate([getattr(a, n) for a in found]) for n in ("error", "truth"))
+    error, truth = (np.concatenate([getattr(a, n) for a in every]) for n in ("error", "truth"))
     if not len(error):
         return None
     step, own = steps
-    filled = np.concatenate([one.filled for one in found])
+    filled = np.concatenate([one.filled for one in every])
     size = size_about(truth, levels.mean) if levels.size is None else levels.size
     relative, absolute = rms(error) / np.maximum(size, TINY), np.abs(error)
-    bounds = _joined([one.bounds for one in found])
-    flags = _joined([one.trusted for one in found])
+    bounds = _joined([one.bounds for one in every])
+    flags = _joined([one.trusted for one in every])
     counts = filled if bounds is not None else np.full(len(error), True)
     shares = _Shares(
         absolute[counts],
@@ -241,7 +241,7 @@ def row_of(
         call=call,
         step_s=step,
         steps=own / step,
-        trajectories=len(found),
+        trajectories=len(every),
         samples=len(error),
         counted=int(np.count_nonzero(counts)),
         outputs=tuple(

@@ -110,22 +110,22 @@ def compare_with_truth(
     motion = MeasuredMotion(course, truth, step, first * step, dict(parameters or {}))
 
     def compared(call: Call) -> Comparison:
-        found = answers(fmu, surrogate.inputs, surrogate.outputs, motion, call, step)
-        true_error = np.full_like(found.error, np.nan)
+        given = answers(fmu, surrogate.inputs, surrogate.outputs, motion, call, step)
+        true_error = np.full_like(given.error, np.nan)
         if len(true_error) >= span:
-            true_error[span - 1 :] = moving_rms(found.error, span)
+            true_error[span - 1 :] = moving_rms(given.error, span)
         return Comparison(
             kind=drawn.kind,
             time=step * np.arange(first, len(truth), dtype=np.float64),
             inputs=drawn.inputs[first - 1 :],
-            reference=found.truth,
-            surrogate=found.outputs,
-            estimate=found.estimates,
+            reference=given.truth,
+            surrogate=given.outputs,
+            estimate=given.estimates,
             true_error=true_error,
-            step_seconds=(found.seconds, seconds),
+            step_seconds=(given.seconds, seconds),
             model=None,
             parameters=motion.parameters,
-            trust=_trust(found),
+            trust=_trust(given),
             first_trusted=max(0, filling - first),
             motion=motion,
         )
@@ -134,10 +134,10 @@ def compare_with_truth(
     return replace(compared("known"), plain=plain)
 
 
-def _trust(found: CallAnswers) -> TrustOutputs | None:
+def _trust(given: CallAnswers) -> TrustOutputs | None:
     """Return bounds and domain; None of an FMU that lacks one of them."""
-    bounds, novelty = found.bounds, found.novelty
-    in_domain, trusted = found.in_domain, found.trusted
+    bounds, novelty = given.bounds, given.novelty
+    in_domain, trusted = given.in_domain, given.trusted
     if bounds is None or novelty is None or in_domain is None or trusted is None:
         return None
     return TrustOutputs(bounds, novelty, in_domain, trusted.astype(np.float64))

@@ -60,8 +60,8 @@ def error_map(validation: Validation) -> ErrorMap | None:
         return None
     reference = np.concatenate([c.reference for c in validation.used])
     size = size_about(reference, validation.mean)
-    found = [_pieces_of(c, length, surrogate.inputs, size) for c in validation.used]
-    amplitude, cycles, square = (np.concatenate(part) for part in zip(*found, strict=True))
+    pieces_of = [_pieces_of(c, length, surrogate.inputs, size) for c in validation.used]
+    amplitude, cycles, square = (np.concatenate(part) for part in zip(*pieces_of, strict=True))
     moving = amplitude > 0
     if not moving.any():
         return None
@@ -81,14 +81,14 @@ def error_map(validation: Validation) -> ErrorMap | None:
 
 
 def _pieces_of(
-    found: Comparison, length: int, inputs: tuple[Signal, ...], size: FloatArray
+    comparison: Comparison, length: int, inputs: tuple[Signal, ...], size: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return amplitude, cycles in a sample, and mean squared relative error of each piece."""
     half = np.array([0.5 * (signal.high - signal.low) for signal in inputs])
-    count = len(found.time) // length
+    count = len(comparison.time) // length
     driven, error = (
         values[: count * length].reshape(count, length, -1)
-        for values in (found.inputs / half, found.error / size)
+        for values in (comparison.inputs / half, comparison.error / size)
     )
     swings = 0.5 * np.ptp(driven, axis=1)
     leading = np.argmax(swings, axis=1)

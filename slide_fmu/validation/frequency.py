@@ -104,11 +104,11 @@ def spectra_of(
     # one-sided densities, the means over all segments
     window = np.hanning(length)
     scale = 2.0 * step / (_count(comparisons, length) * np.sum(window**2))
-    found = {name: scale * values[1:] for name, values in sums.items()}
+    densities = {name: scale * values[1:] for name, values in sums.items()}
     for name in ("reference", "surrogate", "error"):
-        found[name] = np.einsum("fii->fi", found[name]).real
+        densities[name] = np.einsum("fii->fi", densities[name]).real
     frequency = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
-    return Spectra(frequency, **found, held=step if hold == "zero_order" else 0.0)
+    return Spectra(frequency, **densities, held=step if hold == "zero_order" else 0.0)
 
 
 def _starts(comparison: Comparison, length: int) -> range:

@@ -55,7 +55,7 @@ def loop_figures(
     windows = _windows(surrogate, comparisons)
     step, n_in = surrogate.window.step, surrogate.window.n_in
     hertz = np.geomspace(LOWEST / (n_in * step), HIGHEST / step, FREQUENCIES)
-    found: list[LoopFigures] = []
+    figures: list[LoopFigures] = []
     for loop in recipe.loop:
         at = loop.interface(surrogate.inputs, surrogate.outputs)
         slopes = newest_slopes(surrogate, windows, at.output, at.input)
@@ -70,7 +70,7 @@ def loop_figures(
                 sensitivity = closed @ _waves(closed.shape[1], hertz * step)
             gains = np.median(np.abs(sensitivity), axis=0)
             worst = int(np.argmax(gains))
-            found.append(
+            figures.append(
                 LoopFigures(
                     output=loop.output,
                     input=loop.input,
@@ -79,7 +79,7 @@ def loop_figures(
                     hz=float(hertz[worst]),
                 )
             )
-    return tuple(found)
+    return tuple(figures)
 
 
 def newest_slopes(
@@ -108,11 +108,11 @@ def _closed_with(
     count = PERIODS * slopes.shape[1]
     while True:
         count = min(count, MOST_SAMPLES)
-        found = _closed(slopes, _answer_to_pulse(model, surrogate, output, count))
-        later = np.abs(found[:, 1:])  # the error itself is the first one
+        answer = _closed(slopes, _answer_to_pulse(model, surrogate, output, count))
+        later = np.abs(answer[:, 1:])  # the error itself is the first one
         left = later[:, -count // PERIODS :].sum(axis=1)
         if count == MOST_SAMPLES or np.all(left <= FORGOTTEN * later.sum(axis=1)):
-            return found
+            return answer
         count *= 2
 
 

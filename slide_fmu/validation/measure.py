@@ -73,12 +73,12 @@ class Meter:
         They are the plain call at the own step, and where it is known what inputs do between
         samples at a shorter one, too (``finer``). Where inputs move, they are also known.
         """
-        found: list[tuple[Call, float]] = [("plain", 1.0)]
+        calls: list[tuple[Call, float]] = [("plain", 1.0)]
         if finer:
-            found.append(("plain", float(FINER)))
+            calls.append(("plain", float(FINER)))
         if self.surrogate.hold == "first_order":
-            found.append(("known", 1.0))
-        return found
+            calls.append(("known", 1.0))
+        return calls
 
     def answers(
         self, motions: Sequence[MeasuredMotion], call: Call, steps: float
@@ -97,12 +97,12 @@ class Meter:
         Raises:
             CoSimulationError: the FMU reports an error.
         """
-        found = (
+        made = (
             self._row(self.answers(motions, call, steps), named, call, steps)
             for call, steps in calls
             if motions
         )
-        return [row for row in found if row is not None]
+        return [row for row in made if row is not None]
 
     def rows_by_kind(
         self, group: str, kinds: Mapping[str, Sequence[MeasuredMotion]], calls: Calls
@@ -114,22 +114,22 @@ class Meter:
         """
         rows: list[Row | None] = []
         for call, steps in calls:
-            found = {
+            by_kind = {
                 name: self.answers(motions, call, steps)
                 for name, motions in kinds.items()
                 if motions
             }
-            every = [one for some in found.values() for one in some]
-            for name, some in {ALL: every, **found}.items():
+            every = [one for some in by_kind.values() for one in some]
+            for name, some in {ALL: every, **by_kind}.items():
                 if some:
                     rows.append(self._row(some, Named(group, name), call, steps))
         return [row for row in rows if row is not None]
 
     def _row(
-        self, found: Sequence[CallAnswers], named: Named, call: Call, steps: float
+        self, given: Sequence[CallAnswers], named: Named, call: Call, steps: float
     ) -> Row | None:
         lengths = self.step / steps, self.step
-        return row_of(found, self.surrogate.outputs, named, call, lengths, self.levels)
+        return row_of(given, self.surrogate.outputs, named, call, lengths, self.levels)
 
 
 def size_of(truth: FloatArray) -> FloatArray:
@@ -182,22 +182,22 @@ def rows_of(
             progress(number, total)
         if first.in_range:
             rows += further_rows(case.source, meter, first, case, bar)
-        found = [_of_attack(attack, first.surrogate) for attack in attacks]
-        if found:
+        attacked = [_of_attack(attack, first.surrogate) for attack in attacks]
+        if attacked:
             words = Named(SEARCH, "noise that a search has made worse")
-            rows += meter.rows(words, found, meter.usual_calls())
+            rows += meter.rows(words, attacked, meter.usual_calls())
     return tuple(rows)
 
 
 def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
     """Return the motions of a validation by the names of their kinds."""
     recipe = validation.recipe
-    found: dict[str, list[MeasuredMotion]] = {}
+    by_name: dict[str, list[MeasuredMotion]] = {}
     names = [motion.told or motion.name for motion in rules_of(recipe).motions(recipe)]
     for comparison in validation.comparisons:
         if comparison.motion is not None:
-            found.setdefault(names[comparison.kind], []).append(comparison.motion)
-    return dict(sorted(found.items(), key=lambda item: names.index(item[0])))
+            by_name.setdefault(names[comparison.kind], []).append(comparison.motion)
+    return dict(sorted(by_name.items(), key=lambda item: names.index(item[0])))
 
 
 def motions_between(
@@ -213,7 +213,7 @@ def motions_between(
         The motions by the names of their kinds, whose truth has the steps of the shorter call, or
         those that the model names.
     """
-    found: dict[str, list[MeasuredMotion]] = {}
+    by_name: dict[str, list[MeasuredMotion]] = {}
     step = case.recipe.window.step
     times = FINER if case.reference.own_step is None else case.finer_steps
     chosen = []
@@ -227,9 +227,9 @@ def motions_between(
             truth = fine_truth(system, motion.course, motion.count(step) * times)
             first = motion.first + case.recipe.data.burn_in
             fine = MeasuredMotion(motion.course, truth, step / times, first, motion.parameters)
-            found.setdefault(name, []).append(fine)
+            by_name.setdefault(name, []).append(fine)
         progress(number, len(chosen))
-    return found
+    return by_name
 
 
 @asked_of_sources
@@ -262,11 +262,11 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
     progress(0, 3)
     try:
         if not (surrogate.planned or turning):
-            found = smooth_motions(surrogate, case, in_range.task)
+            smooth = smooth_motions(surrogate, case, in_range.task)
             progress(1, 3)
-            rows = meter.rows(found.named, found.motions, calls)
+            rows = meter.rows(smooth.named, smooth.motions, calls)
             progress(2, 3)
-            rows += model_rows(found, case, surrogate.outputs, meter.levels, meter.step)
+            rows += model_rows(smooth, case, surrogate.outputs, meter.levels, meter.step)
             progress(3, 3)
             return rows
     except (LoadError, SimulationError):  # no finer step, or no smooth motion that it survives
@@ -281,7 +281,9 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
 
 def _of_attack(attack: Attack, surrogate: Surrogate) -> MeasuredMotion:
     """Return the motion that a search has found."""
-    found, step = attack.found, surrogate.window.step
-    truth = np.concatenate([found.reference[:1], found.reference])  # the start does not count
-    course = course_of(found.drawn, surrogate.inputs, step, surrogate.planned)
-    return MeasuredMotion(course, truth, step, (found.first + 1) * step)
+    attacked, step = attack.measured, surrogate.window.step
+    truth = np.concatenate(
+        [attacked.reference[:1], attacked.reference]
+    )  # the start does not count
+    course = course_of(attacked.drawn, surrogate.inputs, step, surrogate.planned)
+    return MeasuredMotion(course, truth, step, (attacked.first + 1) * step)

@@ -255,8 +255,8 @@ class Validation:
 
 def _where_trusted(comparisons: Sequence[Comparison]) -> tuple[Comparison, ...]:
     """Return the parts in which bounds count, of comparisons that have some."""
-    found = [comparison.where_trusted() for comparison in comparisons]
-    return tuple(one for one in found if one is not None)
+    parts = [comparison.where_trusted() for comparison in comparisons]
+    return tuple(one for one in parts if one is not None)
 
 
 def _estimated(comparisons: Sequence[Comparison]) -> tuple[FloatArray, FloatArray]:

@@ -161,8 +161,8 @@ def row_at(rows: Iterable[Row], group: str, inputs: str, call: Call, steps: floa
 
 def kinds_of(rows: Iterable[Row]) -> list[tuple[str, str]]:
     """Return group and inputs of all rows, each once, in the order in which they are shown."""
-    found = dict.fromkeys((row.group, row.inputs) for row in rows)
-    return sorted(found, key=lambda kind: (_place(kind[0]), kind[1] != ALL))
+    kinds = dict.fromkeys((row.group, row.inputs) for row in rows)
+    return sorted(kinds, key=lambda kind: (_place(kind[0]), kind[1] != ALL))
 
 
 def of_the_call(rows: Sequence[Row]) -> list[Row]:

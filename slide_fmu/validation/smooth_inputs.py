@@ -108,16 +108,16 @@ def smooth_motions(surrogate: Surrogate, case: Case, task: Task) -> SmoothMotion
     burn_in = round(recipe.data.burn_in / step)
     first = max(burn_in + 1, surrogate.network.memory_length)
     count = first + round(min(PERIODS / hz[0], task.duration or recipe.data.duration) / step)
-    found = []
+    motions = []
     for index in range(TRAJECTORIES):
         sines = Sines(system.inputs, hz, index, task.seed)
         truth = fine_truth(system, sines, count * times)
-        found.append(MeasuredMotion(sines, truth, step / times, first * step))
-    return SmoothMotions(tuple(found), system, hz)
+        motions.append(MeasuredMotion(sines, truth, step / times, first * step))
+    return SmoothMotions(tuple(motions), system, hz)
 
 
 def model_rows(
-    found: SmoothMotions, case: Case, outputs: Sequence[Signal], levels: ErrorLevels, own: float
+    smooth: SmoothMotions, case: Case, outputs: Sequence[Signal], levels: ErrorLevels, own: float
 ) -> list[Row]:
     """Measure the finest model in the place of the FMU, in the plain call.
 
@@ -125,7 +125,7 @@ def model_rows(
     and holds over each step. Steps shorter than its own are left out.
 
     Args:
-        found: the smooth motions.
+        smooth: the smooth motions.
         case: the case with the model.
         outputs: signals of the outputs.
         levels: which errors are usual.
@@ -138,25 +138,25 @@ def model_rows(
         SimulationError: the model could not be simulated.
     """
     rows = []
-    fine = found.motions[0].grid
+    fine = smooth.motions[0].grid
     for steps in STEPS:
         held = round(own / steps / fine)
         if not np.isclose(held * fine, own / steps, rtol=1e-6) or held < 1:
             continue
         try:
-            system = _holding(found.system, case, max(1, round(steps)))
+            system = _holding(smooth.system, case, max(1, round(steps)))
         except (LoadError, ValueError):
             return []
         of_truth = round(system.step / fine)
         every = []
-        for motion in found.motions:
+        for motion in smooth.motions:
             count = math.ceil((len(motion.truth) - 1) / of_truth)
             starts = own / steps * np.floor(np.arange(count) * of_truth / held)
             outputs_of = simulate(system, motion.course(starts)).outputs
             _, places = motion.points(own / steps)
             outputs_there, counted = outputs_of[places // of_truth], np.full(len(places), True)
             every.append(CallAnswers(outputs_there, motion.truth[places], None, None, counted))
-        named = replace(found.named, failed=())
+        named = replace(smooth.named, failed=())
         row = row_of(every, outputs, named, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]
     return rows

@@ -65,7 +65,7 @@ class _Search:
         motions: the trajectories.
         deadline: the time, of ``time.perf_counter``, after which nothing more is tried.
         complete: whether nothing was left out for it.
-        found: settings whose error is at most that of the FMU.
+        solved: settings whose error is at most that of the FMU.
     """
 
     case: Case
@@ -73,7 +73,7 @@ class _Search:
     motions: Sequence[_Motion]
     deadline: float
     complete: bool = True
-    found: list[tuple[SolverSetting, System]] = field(default_factory=list)
+    solved: list[tuple[SolverSetting, System]] = field(default_factory=list)
 
     def bisect(self, model: str, rungs: Sequence[Rung], allowed: float) -> None:
         """Find the loosest setting of a ladder whose error is allowed, by halving it."""
@@ -85,7 +85,7 @@ class _Search:
             middle = (low + high) // 2
             solved = self._try(model, rungs[middle])
             if solved is not None and solved[0].relative_error <= allowed:
-                self.found.append(solved)
+                self.solved.append(solved)
                 low = middle
             else:
                 high = middle
@@ -161,7 +161,7 @@ def speed_at_equal_accuracy(
     for ladder in finest[1:]:
         search.bisect("reference", ladder, allowed)
     best, system = min(
-        search.found, key=lambda one: one[0].seconds, default=(reference, case.reference)
+        search.solved, key=lambda one: one[0].seconds, default=(reference, case.reference)
     )
     model_seconds, fmu_seconds = best.seconds, np.inf
     for number in range(ROUNDS):
@@ -217,8 +217,8 @@ def simulated(motions: Sequence[_Motion], step: float) -> float:
 def _error(motions: Sequence[_Motion], outputs: Sequence[FloatArray]) -> float:
     """Return the relative error of outputs, (N + 1, n_outputs) of each motion."""
     truth = np.concatenate([m.truth[m.first :] for m in motions])
-    found = np.concatenate([o[m.first :] for o, m in zip(outputs, motions, strict=True)])
-    return relative_error(found - truth, truth)
+    every = np.concatenate([o[m.first :] for o, m in zip(outputs, motions, strict=True)])
+    return relative_error(every - truth, truth)
 
 
 def relative_error(error: FloatArray, truth: FloatArray) -> float:

@@ -65,12 +65,12 @@ def tolerance_rows(
         tolerances: those of the FMU, (n_outputs,), in the units of the bounds.
     """
     ratios = np.where(outside, np.inf, (bounds / tolerances).max(axis=1))
-    rising, found = np.sort(ratios), []
+    rising, tolerances_by_alarms = np.sort(ratios), []
     for alarms in ALARMS:
         factor = float(rising[len(rising) - 1 - int(alarms * len(rising))])
         known = tuple((factor * tolerances).tolist()) if np.isfinite(factor) else None
-        found.append(ToleranceRow(alarms=alarms, tolerances=known))
-    return tuple(found)
+        tolerances_by_alarms.append(ToleranceRow(alarms=alarms, tolerances=known))
+    return tuple(tolerances_by_alarms)
 
 
 def deviation_of(estimates: FloatArray, errors: FloatArray, name: str | None = None) -> Deviation:

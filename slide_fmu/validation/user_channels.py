@@ -109,7 +109,7 @@ def channels_of(recipe: Recipe, system: System, memory: float) -> tuple[Channel,
         least, most = (f(pair[i] for pair in declared) for i, f in ((0, min), (1, max)))
         most = min(most, top)
     frequencies, times = (min(least, 0.5 * most), most), (step, max(memory, 10 * step))
-    found = []
+    channels = []
     for axis, limits in zip(axes, _limits(recipe, system, axes), strict=True):
         low, high, rest = axis[0].low, axis[0].high, axis[0].start_value
         if len(axis) == 2:
@@ -119,10 +119,10 @@ def channels_of(recipe: Recipe, system: System, memory: float) -> tuple[Channel,
             slow = min(slow, 2 * math.pi / (SLOWEST * memory))
         grid = step if axis[0].hold == "zero_order" else None
         speed, acceleration = limits
-        found.append(
+        channels.append(
             Channel(axis, low, high, rest, (slow, fast), times, speed, acceleration, grid)
         )
-    return tuple(found)
+    return tuple(channels)
 
 
 def _limits(
@@ -152,13 +152,13 @@ def _axes(signals: Sequence[Signal], ramps: bool) -> list[Axis]:
 
 def _declared(recipe: Recipe, name: str, count: int) -> tuple[float, ...]:
     """Return the largest limits of each axis that kinds declare; empty if none does."""
-    found = []
+    limits = []
     for kind in recipe.data.excitation:
         values = getattr(kind, name, ()) if isinstance(kind, MOTIONS) else ()
         values = (values,) if isinstance(values, float) else tuple(values)
         if len(values) == count:
-            found.append(values)
-    return tuple(max(values) for values in zip(*found, strict=True))
+            limits.append(values)
+    return tuple(max(values) for values in zip(*limits, strict=True))
 
 
 def _measured(

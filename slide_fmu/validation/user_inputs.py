@@ -52,7 +52,10 @@ def told(name: str, channels: Sequence[Channel], motions: Sequence[Sequence[Wave
         channels: the channels.
         motions: a waveform of each channel, for each motion.
     """
-    drawn = [(channel, found[k]) for found, (k, channel) in product(motions, enumerate(channels))]
+    drawn = [
+        (channel, waveforms[k])
+        for waveforms, (k, channel) in product(motions, enumerate(channels))
+    ]
     tones = [(channel, one) for channel, one in drawn if isinstance(one, Tonal)]
     if tones:
         word = SINE if SINE in name else TRIANGLE
@@ -236,7 +239,7 @@ def user_motions(
     kinds = OF_MOTIONS if moving else OF_INPUTS
     fine = None if moving else _fine(case)
     done, total = 0, TRAJECTORIES * len(kinds)
-    found: dict[Named, list[MeasuredMotion]] = {}
+    named: dict[Named, list[MeasuredMotion]] = {}
     progress(0, total)
     for number, (name, drawing) in enumerate(kinds.items()):
         motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
@@ -251,8 +254,8 @@ def user_motions(
             done += 1
             progress(done, total)
         words = told(name, channels, [inputs.waveforms for inputs in drawn])
-        found[Named(AS_SET, words, tuple(failed))] = motions
-    return found
+        named[Named(AS_SET, words, tuple(failed))] = motions
+    return named
 
 
 def _fine(case: Case) -> System | None:

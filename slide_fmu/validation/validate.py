@@ -108,12 +108,12 @@ def validate_against(
         for index, corner in enumerate(ends):
             at_corners.append(_measure(bench, count + index, corner))
             progress(count + index + 1, total)
-        found, lost = _divided(comparisons)
-        found = _timed(bench, found)
+        compared, lost = _divided(comparisons)
+        compared = _timed(bench, compared)
         in_range = not (stream.beyond or task.held_out)
-        speed = _speed(bench, found) if in_range else None
+        speed = _speed(bench, compared) if in_range else None
     corners = tuple(at_corners)
-    return Validation(task, surrogate, recipe, found, corners, left_out=lost, speed=speed)
+    return Validation(task, surrogate, recipe, compared, corners, left_out=lost, speed=speed)
 
 
 def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
@@ -124,13 +124,13 @@ def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], 
     return tuple(one for one in measured if isinstance(one, Comparison)), lost
 
 
-def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ...]:
+def _timed(bench: _Bench, compared: tuple[Comparison, ...]) -> tuple[Comparison, ...]:
     """Return the comparisons; at least one has the time of a step of the reference.
 
     Where the inputs of all of them bend, the reference runs once more, straight between samples.
     """
-    if any(len(one.step_seconds[1]) for one in found):
-        return found
+    if any(len(one.step_seconds[1]) for one in compared):
+        return compared
     stream = replace(bench.stream, factors=(1.0, 1.0))  # there the reference must not fail
     system = bench.case.reference
 
@@ -138,14 +138,14 @@ def _timed(bench: _Bench, found: tuple[Comparison, ...]) -> tuple[Comparison, ..
         return _true_outputs(system, replace(drawn, between=None))[1]
 
     seconds = first_that_runs(bench.case.recipe, system, stream, 0, run)
-    first = replace(found[0], step_seconds=(found[0].step_seconds[0], seconds))
-    return (first, *found[1:])
+    first = replace(compared[0], step_seconds=(compared[0].step_seconds[0], seconds))
+    return (first, *compared[1:])
 
 
-def _speed(bench: _Bench, found: Sequence[Comparison]) -> SpeedFigures:
+def _speed(bench: _Bench, compared: Sequence[Comparison]) -> SpeedFigures:
     """Compare times at equal accuracy, that of the FMU on all trajectories."""
-    truth = np.concatenate([one.reference for one in found])
-    error = relative_error(np.concatenate([one.error for one in found]), truth)
+    truth = np.concatenate([one.reference for one in compared])
+    error = relative_error(np.concatenate([one.error for one in compared]), truth)
     return speed_at_equal_accuracy(bench.fmu, bench.surrogate, bench.case, bench.stream, error)
 
 
@@ -157,7 +157,7 @@ def _measure_all(
 ) -> list[Comparison | str]:
     """Measure all trajectories in order, by worker processes if the first one took long."""
     begin = time.perf_counter()
-    found = [_measure_or_leave(bench, 0)]
+    measured = [_measure_or_leave(bench, 0)]
     seconds = time.perf_counter() - begin
     progress(1, count)
     wanted = os.cpu_count() or 1 if workers is None else workers
@@ -166,11 +166,13 @@ def _measure_all(
         pickled = pickle.dumps(bench)
         jobs = [(pickled, index) for index in range(1, count)]
         with process_pool(workers) as pool:
-            return found + in_parallel(pool, _measure_here, jobs, lambda n: progress(n + 1, count))
+            return measured + in_parallel(
+                pool, _measure_here, jobs, lambda n: progress(n + 1, count)
+            )
     for index in range(1, count):
-        found.append(_measure_or_leave(bench, index))
+        measured.append(_measure_or_leave(bench, index))
         progress(index + 1, count)
-    return found
+    return measured
 
 
 def _measure_here(pickled: bytes, index: int) -> Comparison | str:
@@ -180,8 +182,8 @@ def _measure_here(pickled: bytes, index: int) -> Comparison | str:
 @lru_cache(maxsize=1)
 def _unpickled(bench: bytes) -> _Bench:
     """Unpickle a bench once in a worker process, which makes its systems once."""
-    found: _Bench = pickle.loads(bench)
-    return found
+    unpickled: _Bench = pickle.loads(bench)
+    return unpickled
 
 
 def _measure_or_leave(bench: _Bench, index: int) -> Comparison | str:
@@ -204,14 +206,14 @@ def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = Non
     case = bench.case.at(values)
 
     def run(drawn: Draw) -> Comparison:
-        found = compare(bench.fmu, bench.surrogate, case.reference, drawn, values or None)
-        found = replace(found, failed=drawn.attempt)
+        compared = compare(bench.fmu, bench.surrogate, case.reference, drawn, values or None)
+        compared = replace(compared, failed=drawn.attempt)
         if not recipe.system.reference:
-            return found
+            return compared
         own = draw(recipe, case.system, stream, index, drawn.attempt)
         own = replace(own, inputs=drawn.inputs, between=drawn.between, jumps=drawn.jumps)
         outputs = drawn_outputs(case.system, own)
-        return replace(found, model=outputs[len(outputs) - len(found.reference) :])
+        return replace(compared, model=outputs[len(outputs) - len(compared.reference) :])
 
     return first_that_runs(recipe, case.reference, stream, index, run)
 

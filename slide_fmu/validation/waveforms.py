@@ -79,8 +79,8 @@ class StoppedTone:
         return self.tone.hz
 
     def __call__(self, time: FloatArray) -> FloatArray:
-        found = self.tone(np.minimum(time, self.at))
-        return np.where(time < self.until, found, self.rest)
+        before_stop = self.tone(np.minimum(time, self.at))
+        return np.where(time < self.until, before_stop, self.rest)
 
 
 @final

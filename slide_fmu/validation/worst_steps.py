@@ -42,8 +42,8 @@ def worst_steps(
     wanted, a trajectory has further steps, which lie ``apart`` samples from each other.
     """
     left = [ratios_of(c) for c in comparisons]
-    found: list[WorstStep] = []
-    while len(found) < count:
+    steps: list[WorstStep] = []
+    while len(steps) < count:
         of_each = []
         for comparison, ratios in zip(comparisons, left, strict=True):
             sample, output = np.unravel_index(np.argmax(ratios), ratios.shape)
@@ -53,8 +53,8 @@ def worst_steps(
                 ratios[max(0, sample - apart + 1) : sample + apart] = -1.0
         if not of_each:
             break
-        found += sorted(of_each, key=lambda step: -step.ratio)[: count - len(found)]
-    return sorted(found, key=lambda step: -step.ratio)
+        steps += sorted(of_each, key=lambda step: -step.ratio)[: count - len(steps)]
+    return sorted(steps, key=lambda step: -step.ratio)
 
 
 def error_over_bound(comparison: Comparison) -> FloatArray:

@@ -62,8 +62,8 @@ PLANTED = {
     ),
     "the true error stands beside the estimate of the next sample": Planted(
         "slide_fmu/validation/comparison.py",
-        "true_error[span - 1 :] = moving_rms(found.error, span)",
-        "true_error[span - 1 :] = np.roll(moving_rms(found.error, span), 1, axis=0)",
+        "true_error[span - 1 :] = moving_rms(given.error, span)",
+        "true_error[span - 1 :] = np.roll(moving_rms(given.error, span), 1, axis=0)",
         "tests/validation/test_compare.py"
         "::test_true_error_is_that_of_the_span_which_ends_at_the_sample",
     ),

@@ -63,7 +63,7 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
 ) -> None:
     (signal,) = case_of(RECIPE).system.inputs
     for one in attacks:
-        found = one.found
+        found = one.measured
         assert signal.low <= found.inputs.min() < found.inputs.max() <= signal.high
         ratio = found.errors / found.bounds
         assert ratio[found.step].max() == pytest.approx(one.after)
@@ -73,7 +73,7 @@ def test_inputs_that_are_found_lie_in_their_ranges_and_have_the_error(
 @pytest.mark.extended
 def test_same_seed_finds_the_same(attacks: list[Attack]) -> None:
     (again, _) = attack(surrogate_of(RECIPE, 1e9), case_of(RECIPE), 3, 2, silent)
-    assert np.array_equal(again.found.inputs, attacks[0].found.inputs)
+    assert np.array_equal(again.measured.inputs, attacks[0].measured.inputs)
 
 
 LONGER = RECIPE.model_copy(update={"data": RECIPE.data.model_copy(update={"duration": 8.0})})
@@ -104,11 +104,11 @@ def test_search_that_goes_on_from_changes_finds_what_one_of_whole_records_does(
     found = searched(True, system)
     fewer, _ = len(steps), steps.clear()
     whole = searched(False, system)
-    assert len(steps) == (20 + 2) * len(whole.found.inputs)
+    assert len(steps) == (20 + 2) * len(whole.measured.inputs)
     assert fewer < 0.4 * len(steps)
-    assert np.array_equal(found.found.inputs, whole.found.inputs)
+    assert np.array_equal(found.measured.inputs, whole.measured.inputs)
     assert found.after == whole.after > whole.before
-    assert found.found.step == whole.found.step
+    assert found.measured.step == whole.measured.step
 
 
 def test_changes_on_which_the_reference_fails_are_not_kept(

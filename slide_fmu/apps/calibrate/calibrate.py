@@ -61,7 +61,7 @@ def best_fit(problem: CalibrationProblem, seed: int) -> FloatArray:
     costs = [float(np.sum((problem.residuals(z) / noise) ** 2)) for z in tried]
     best = [tried[index] for index in np.argsort(costs, kind="stable")[:KEPT]]
     refined = [_refined(problem, z, noise) for z in best]
-    z, _ = min(refined, key=lambda found: found[1])
+    z, _ = min(refined, key=lambda point_and_cost: point_and_cost[1])
     for _ in range(ROUNDS - 1):
         z, _ = _refined(problem, z, noise_of(problem, problem.residuals(z)))
     return z
@@ -89,14 +89,14 @@ def _refined(
     problem: CalibrationProblem, z: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, float]:
     """Refine a point; return it and its sum of squares."""
-    found = least_squares(
+    fit = least_squares(
         lambda at: (problem.residuals(at) / noise).ravel(),
         np.clip(z, -1, 1),
         jac=lambda at: (problem.slopes(at) / noise[:, None]).reshape(-1, len(z)),
         bounds=(-1.0, 1.0),
         max_nfev=MOST_EVALUATIONS,
     )
-    return np.asarray(found.x), float(found.cost)
+    return np.asarray(fit.x), float(fit.cost)
 
 
 def calibrate(
@@ -135,12 +135,12 @@ def calibrate(
         ValueError: the surrogate has no parameters or all are fixed, shapes do not fit, a value is
             not finite or out of its range, or too few samples count.
     """
-    found, known = _loaded(surrogate)
+    own, known = _loaded(surrogate)
     own_error, held = known if own_error is None else own_error, dict(fixed or {})
-    free = free_parameters(found, held)
-    measured = Measurements.of(found, inputs, outputs, len(free))
-    problem = CalibrationProblem(found, measured, free, held)
-    errors = _checked_errors(found, own_error)
+    free = free_parameters(own, held)
+    measured = Measurements.of(own, inputs, outputs, len(free))
+    problem = CalibrationProblem(own, measured, free, held)
+    errors = _checked_errors(own, own_error)
     z = best_fit(problem, seed)
     residuals = problem.residuals(z)
     noise = noise_of(problem, residuals)
@@ -158,10 +158,10 @@ def _loaded(surrogate: Surrogate | str | Path) -> tuple[Surrogate, list[float] |
     """Return a surrogate, and its relative RMSE if it comes from an FMU that has it."""
     if isinstance(surrogate, Surrogate):
         return surrogate, None
-    found = load(surrogate)
+    loaded = load(surrogate)
     if not zipfile.is_zipfile(surrogate):
-        return found, None
-    return found, released_error(read_fmu(Path(surrogate))[1], found)
+        return loaded, None
+    return loaded, released_error(read_fmu(Path(surrogate))[1], loaded)
 
 
 def released_error(provenance: Provenance | None, surrogate: Surrogate) -> list[float] | None:
@@ -170,8 +170,8 @@ def released_error(provenance: Provenance | None, surrogate: Surrogate) -> list[
     try:
         measured = released_figures(provenance)
         outputs = [] if measured is None else measured.validation["in range"].outputs
-        found = {output.name: output.relative_rmse for output in outputs}
-        return [found[name] for name in names]
+        errors = {output.name: output.relative_rmse for output in outputs}
+        return [errors[name] for name in names]
     except (KeyError, ValueError):  # figures of another program, or another version
         return None
 
@@ -258,9 +258,9 @@ def remarks_about(
     error_known: bool,
 ) -> tuple[str, ...]:
     """Describe what is not determined, does not fit, or is not known, one sentence each."""
-    found = [p.remark for p in parameters if p.remark is not None]
-    found += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
-    found += [
+    remarks = [p.remark for p in parameters if p.remark is not None]
+    remarks += [*_left_out(problem.measurements), *_alike(parameters, uncertainty)]
+    remarks += [
         f"{fit.name} is met to {percent(fit.relative)} only: the surrogate does not follow "
         "this record; check units, columns, signs and the pairing of samples"
         for fit in fits
@@ -268,29 +268,29 @@ def remarks_about(
     ]
     if uncertainty.short:
         time = uncertainty.correlation_time * problem.surrogate.window.step
-        found.append(
+        remarks.append(
             f"residuals remember {time:.3g} s, and the record is only a few times as long: the "
             "intervals may be too narrow; record longer"
         )
     outside = _outside(problem)
     if outside > MOST_OUTSIDE:
-        found.append(
+        remarks.append(
             f"{percent(outside)} of the samples follow inputs outside the ranges of the "
             "training, where the surrogate may be wrong: the intervals do not include that"
         )
     if not error_known:
-        found.append(
+        remarks.append(
             "the surrogate's own error is not known: the intervals count noise alone; take an FMU "
             "that slide-fmu run has measured"
         )
-    return tuple(found)
+    return tuple(remarks)
 
 
 def _left_out(measurements: Measurements) -> list[str]:
     """Describe the parts of the records that do not count."""
-    found, short = [], measurements.left_out
+    remarks, short = [], measurements.left_out
     if short:
-        found.append(
+        remarks.append(
             f"{len(short)} of {len(short) + len(measurements.inputs)} records or parts of "
             f"them, with {sum(short)} samples, are no longer than the {measurements.lead} samples "
             "that do not count, since the inputs before are unknown: they are left out; record "
@@ -298,15 +298,15 @@ def _left_out(measurements: Measurements) -> list[str]:
         )
     missing = ~np.isfinite(measurements.scored[:, measurements.measured])
     if missing.any():
-        found.append(
+        remarks.append(
             f"{int(missing.sum())} of {missing.size} measured outputs are missing and do not count"
         )
-    return found
+    return remarks
 
 
 def _alike(parameters: tuple[FittedParameter, ...], uncertainty: Uncertainty) -> list[str]:
     """Name parameters that can hardly be distinguished."""
-    names = [found.parameter.name for found in parameters]
+    names = [fit.parameter.name for fit in parameters]
     first, second = np.nonzero(np.triu(np.abs(uncertainty.correlation), 1) > ALIKE)
     return [
         f"{names[i]} and {names[j]} can hardly be distinguished by this record (correlation "

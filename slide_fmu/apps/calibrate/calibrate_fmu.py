@@ -64,7 +64,7 @@ class FittedCourse:
     fitted: Mapping[str, FloatArray]
 
 
-def fitted_courses(fmu: Path, measured: Measured, found: Calibration) -> list[FittedCourse]:
+def fitted_courses(fmu: Path, measured: Measured, calibration: Calibration) -> list[FittedCourse]:
     """Return the records of a calibration, from where the surrogate has seen a whole window.
 
     Arguments and errors are as in ``calibrate_fmu``, whose result is ``found``.
@@ -81,7 +81,7 @@ def fitted_courses(fmu: Path, measured: Measured, found: Calibration) -> list[Fi
         time = np.asarray(surrogate.window.step * np.arange(1.0, len(answers) + 1))
         before, fitted = (
             by_name(surrogate.predict_newest(driven, values))
-            for values in (found.fixed, found.values)
+            for values in (calibration.fixed, calibration.values)
         )
         courses.append(FittedCourse(time[first:], by_name(answers), before, fitted))
     return [course for course in courses if len(course.time)]
@@ -111,8 +111,8 @@ def calibrate_fmu(
     free_parameters(surrogate, fixed)  # refused before long records are read
     inputs, outputs, remarks = _arrays(surrogate, measured)
     known = released_error(provenance, surrogate)
-    found = calibrate(surrogate, inputs, outputs, fixed=fixed, own_error=known, seed=seed)
-    return found, remarks
+    calibration = calibrate(surrogate, inputs, outputs, fixed=fixed, own_error=known, seed=seed)
+    return calibration, remarks
 
 
 def write_parameters(calibration: Calibration, path: Path) -> None:
@@ -162,17 +162,17 @@ def _arrays(
     for record in records:
         _require_step(record, step)
     made = prepared(records, preparation)
-    found = [piece.trajectory for piece in made.pieces]
-    driven = [on_circles(surrogate.inputs, trajectory.inputs) for trajectory in found]
-    answers = [_spread(trajectory.outputs[1:], outputs, surrogate) for trajectory in found]
+    trajectories = [piece.trajectory for piece in made.pieces]
+    driven = [on_circles(surrogate.inputs, trajectory.inputs) for trajectory in trajectories]
+    answers = [_spread(trajectory.outputs[1:], outputs, surrogate) for trajectory in trajectories]
     return driven, answers, (*remarks, *made.remarks)
 
 
 def _spread(values: FloatArray, measured: Mapping[str, str], surrogate: Surrogate) -> FloatArray:
     """Give every output a column, (N, n_outputs); outputs that were not measured are NaN."""
-    found = np.full((len(values), len(surrogate.outputs)), np.nan)
-    found[:, [signal.name in measured for signal in surrogate.outputs]] = values
-    return found
+    columns = np.full((len(values), len(surrogate.outputs)), np.nan)
+    columns[:, [signal.name in measured for signal in surrogate.outputs]] = values
+    return columns
 
 
 def _columns(
@@ -195,16 +195,16 @@ def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[st
     An input may rest, since nothing is trained here.
     """
     names = preparation.inputs, preparation.outputs
-    found = [*examine(records, *names), *check_pairing(records, preparation)]
-    found = [
+    findings = [*examine(records, *names), *check_pairing(records, preparation)]
+    findings = [
         finding
-        for finding in found
+        for finding in findings
         if not (finding.kind == "constant" and finding.column in preparation.inputs)
     ]
-    refused = [finding.message for finding in found if finding.severity == "refused"]
+    refused = [finding.message for finding in findings if finding.severity == "refused"]
     if refused:
         raise RecordError("\n".join(refused))
-    return tuple(finding.message for finding in found)
+    return tuple(finding.message for finding in findings)
 
 
 def _require_units(

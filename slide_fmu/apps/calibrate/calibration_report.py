@@ -29,27 +29,32 @@ CORRELATION = (
 )
 
 
-def calibration_report(found: Calibration, courses: Sequence[FittedCourse]) -> Report:
+def calibration_report(calibration: Calibration, courses: Sequence[FittedCourse]) -> Report:
     """Return the report of a calibration.
 
     Args:
-        found: the result.
+        calibration: the result.
         courses: the records without gaps, next to the surrogate.
     """
-    charts = [_chart(fit, courses) for fit in found.outputs]
-    maps = [_correlation(found)] if len(found.parameters) > 1 else []
+    charts = [_chart(fit, courses) for fit in calibration.outputs]
+    maps = [_correlation(calibration)] if len(calibration.parameters) > 1 else []
     sections = [
-        ReportSection("Records and surrogate", FIT, output_table(found), charts=charts),
-        ReportSection("Fitted parameters", _held(found), parameter_table(found), maps=maps),
-        *remark_sections(found.remarks),
+        ReportSection("Records and surrogate", FIT, output_table(calibration), charts=charts),
+        ReportSection(
+            "Fitted parameters", _held(calibration), parameter_table(calibration), maps=maps
+        ),
+        *remark_sections(calibration.remarks),
     ]
-    facts = [*map(_parameter_fact, found.parameters), *map(_output_fact, found.outputs)]
-    title = f"Calibration of {found.name}"
-    summary = f"Parameters were fitted to {found.samples} samples of measured records."
-    return Report(title, summary, found.figures(), sections, verdict=Verdict(facts=facts))
+    facts = [
+        *map(_parameter_fact, calibration.parameters),
+        *map(_output_fact, calibration.outputs),
+    ]
+    title = f"Calibration of {calibration.name}"
+    summary = f"Parameters were fitted to {calibration.samples} samples of measured records."
+    return Report(title, summary, calibration.figures(), sections, verdict=Verdict(facts=facts))
 
 
-def parameter_table(found: Calibration) -> ReportTable:
+def parameter_table(calibration: Calibration) -> ReportTable:
     """Return the fitted values with their intervals and ranges."""
     rows = (
         (
@@ -58,12 +63,12 @@ def parameter_table(found: Calibration) -> ReportTable:
             f"{decimal(one.low, 5)} .. {decimal(one.high, 5)}",
             f"{decimal(one.parameter.low, 5)} .. {decimal(one.parameter.high, 5)}",
         )
-        for one in found.parameters
+        for one in calibration.parameters
     )
     return ReportTable.of(("parameter", "value", "95 % interval", "range"), rows)
 
 
-def output_table(found: Calibration) -> ReportTable:
+def output_table(calibration: Calibration) -> ReportTable:
     """Return the errors of the outputs before and after."""
     rows = (
         (
@@ -71,14 +76,14 @@ def output_table(found: Calibration) -> ReportTable:
             *(quantity(rmse, fit.unit) for rmse in (fit.before, fit.after)),
             percent(fit.relative),
         )
-        for fit in found.outputs
+        for fit in calibration.outputs
     )
     return ReportTable.of(("output", "RMSE before", "RMSE after", "relative RMSE after"), rows)
 
 
-def _held(found: Calibration) -> str:
+def _held(calibration: Calibration) -> str:
     return " ".join(
-        f"{name} was held at {decimal(value, 6)}." for name, value in found.fixed.items()
+        f"{name} was held at {decimal(value, 6)}." for name, value in calibration.fixed.items()
     )
 
 
@@ -119,7 +124,9 @@ def _chart(fit: OutputFit, courses: Sequence[FittedCourse]) -> Chart:
     return Chart(fit.name, [Panel(fit.name, fit.unit, lines), error])
 
 
-def _correlation(found: Calibration) -> HeatMap:
-    names = [one.parameter.name for one in found.parameters]
-    cells = [[HeatCell(f"{value:.2f}", abs(value)) for value in row] for row in found.correlation]
+def _correlation(calibration: Calibration) -> HeatMap:
+    names = [one.parameter.name for one in calibration.parameters]
+    cells = [
+        [HeatCell(f"{value:.2f}", abs(value)) for value in row] for row in calibration.correlation
+    ]
     return HeatMap("Correlation", CORRELATION, "parameter", "", names, names, cells)

@@ -100,31 +100,35 @@ def calibrate(
         fixed = numbers_of("fix", fix)
         chosen = cast("Pairing | None", pairing)
         measured = Measured(tuple(records), *columns, time, step, chosen)
-        found, remarks = calibrate_fmu(fmu, measured, fixed, seed)
+        calibration, remarks = calibrate_fmu(fmu, measured, fixed, seed)
         if output is not None:
-            write_parameters(found, output)
+            write_parameters(calibration, output)
     for remark in remarks:
         show_remark(remark)
-    _show(found)
-    write_json(json_path, {**plain(found.figures()), "seed": seed, "about_records": list(remarks)})
+    _show(calibration)
+    write_json(
+        json_path, {**plain(calibration.figures()), "seed": seed, "about_records": list(remarks)}
+    )
     if output is not None:
         console.print(f"SSV     {output}")
     if report is not None:
         from slide_fmu.apps.calibrate.calibrate_fmu import fitted_courses
         from slide_fmu.apps.calibrate.calibration_report import calibration_report
 
-        page = calibration_report(found, fitted_courses(fmu, measured, found)).write(report)
+        page = calibration_report(calibration, fitted_courses(fmu, measured, calibration)).write(
+            report
+        )
         console.print(f"report  {page}")
 
 
-def _show(found: Calibration) -> None:
+def _show(calibration: Calibration) -> None:
     """Print the fitted values, how well they fit, and remarks."""
     from slide_fmu.apps.calibrate.calibration_report import output_table, parameter_table
 
-    show_table(parameter_table(found))
-    for name, value in found.fixed.items():
+    show_table(parameter_table(calibration))
+    for name, value in calibration.fixed.items():
         console.print(f"{name} was held at {value:g}")
-    show_table(output_table(found))
-    console.print(f"{found.samples} samples were used")
-    for remark in found.remarks:
+    show_table(output_table(calibration))
+    console.print(f"{calibration.samples} samples were used")
+    for remark in calibration.remarks:
         show_remark(remark)

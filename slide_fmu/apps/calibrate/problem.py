@@ -37,8 +37,8 @@ class CalibrationProblem:
 
     def values(self, z: FloatArray) -> dict[str, float]:
         """Return all parameters that are not at their start values, by name, in their units."""
-        found = {p.name: float(p.unscaled(at)) for p, at in zip(self.free, z, strict=True)}
-        return {**self.fixed, **found}
+        free = {p.name: float(p.unscaled(at)) for p, at in zip(self.free, z, strict=True)}
+        return {**self.fixed, **free}
 
     def residuals(self, z: FloatArray) -> FloatArray:
         """Return predicted minus measured outputs, shape (T, n_outputs); 0 without measurement.
@@ -46,8 +46,8 @@ class CalibrationProblem:
         The predictions are those of the FMU, step by step.
         """
         surrogate, values = self.surrogate.at(self.values(z)), self.measurements
-        found = [surrogate.predict_newest(u)[values.lead :] for u in values.inputs]
-        off = np.concatenate(found) - values.scored
+        predicted = [surrogate.predict_newest(u)[values.lead :] for u in values.inputs]
+        off = np.concatenate(predicted) - values.scored
         return np.where(np.isfinite(values.scored), off, 0.0)
 
     def slopes(self, z: FloatArray) -> FloatArray:
@@ -55,8 +55,10 @@ class CalibrationProblem:
         at, values = self.values(z), self.measurements
         names = [parameter.name for parameter in self.surrogate.parameters]
         columns = [names.index(parameter.name) for parameter in self.free]
-        found = [parameter_jacobian(self.surrogate, u, at)[values.lead :] for u in values.inputs]
-        by_value = np.concatenate(found)[..., columns]
+        jacobians = [
+            parameter_jacobian(self.surrogate, u, at)[values.lead :] for u in values.inputs
+        ]
+        by_value = np.concatenate(jacobians)[..., columns]
         known = np.isfinite(values.scored)[..., None]
         return np.where(known, by_value * self._per_z(z), 0.0)
 

@@ -155,13 +155,13 @@ class Calibration:
     @property
     def values(self) -> dict[str, float]:
         """Return the values of all parameters by name, as ``Surrogate.predict`` takes them."""
-        return {**{found.parameter.name: found.value for found in self.parameters}, **self.fixed}
+        return {**{fit.parameter.name: fit.value for fit in self.parameters}, **self.fixed}
 
     def figures(self) -> CalibrationFigures:
         """Return the figures."""
         return CalibrationFigures(
             fmu=self.name,
-            parameters=tuple(found.figures() for found in self.parameters),
+            parameters=tuple(fitted.figures() for fitted in self.parameters),
             fixed=self.fixed,
             outputs=tuple(
                 CalibratedOutputFigures(**vars(fit), relative_rmse=fit.relative)

@@ -157,8 +157,8 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
 def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
     """Return the unseen motions, the same as in ``validate``."""
     simulate = partial(_simulated, job, terms, kept)
-    found = known_or_simulated(job.case.source, job.recipe, simulate)
-    return found[: terms.trajectories]
+    motions = known_or_simulated(job.case.source, job.recipe, simulate)
+    return motions[: terms.trajectories]
 
 
 def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
@@ -193,8 +193,8 @@ def _own(
     network = own.surrogate.network
     if budget < own.seconds and own.can_be_fitted:
         candidate = BaselineCandidate(title, network.is_affine, lambda _, *terms: own.fit(*terms))
-        found = _measured(candidate, lesson, bench, budget, bar)
-        return replace(found, structure=_size(network))
+        figures = _measured(candidate, lesson, bench, budget, bar)
+        return replace(figures, structure=_size(network))
     model = ModelFigures(
         title=title,
         linear=network.is_affine,

@@ -153,8 +153,8 @@ def _facts(models: Sequence[ModelFigures]) -> list[Fact]:
     own, *others = models
     facts = [Fact("Own network", _of(own), f"Relative RMSE of the worst output, {own.structure}.")]
     for name, linear in (("Best linear model", True), ("Best other nonlinear model", False)):
-        found = [m for m in others if m.linear == linear and m.failed is None]
-        best = min(found, key=_error, default=None)
+        alike = [m for m in others if m.linear == linear and m.failed is None]
+        best = min(alike, key=_error, default=None)
         if best is not None:
             facts.append(Fact(name, _of(best), f"{best.title}."))
     return facts

@@ -57,17 +57,17 @@ def joined_modules(entry: Path) -> str:
     return joined
 
 
-def _collect(module: Path, way: tuple[Path, ...], found: dict[Path, str]) -> None:
+def _collect(module: Path, way: tuple[Path, ...], modules: dict[Path, str]) -> None:
     """Add a module to the modules found, after all its imports."""
     if module in way:
         circle = " -> ".join(path.stem for path in (*way[way.index(module) :], module))
         raise ScriptError(f"modules import each other: {circle}; expected no circle")
-    if module in found:
+    if module in modules:
         return
     text = module.read_text(encoding="utf-8")
     for other in _IMPORT.findall(text):
-        _collect((module.parent / other).resolve(), (*way, module), found)
-    found[module] = text
+        _collect((module.parent / other).resolve(), (*way, module), modules)
+    modules[module] = text
 
 
 MODULES = Path(__file__).parent / "modules"

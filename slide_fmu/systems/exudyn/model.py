@@ -68,16 +68,16 @@ def read_model(model: str) -> ExudynFile:
 
 def _build_function(label: str, module: ModuleType, name: str) -> Callable[..., Any]:
     """Find the function that builds the model."""
-    found = getattr(module, name, None)
+    build = getattr(module, name, None)
     remedy = f"expected a function {name}(mbs, p) that fills the exudyn system mbs"
-    if not callable(found):
-        raise LoadError(f"{label}: {name} = {found!r}; {remedy}: define it, or correct the name")
-    signature = inspect.signature(found)
+    if not callable(build):
+        raise LoadError(f"{label}: {name} = {build!r}; {remedy}: define it, or correct the name")
+    signature = inspect.signature(build)
     try:
         signature.bind(None, None)
     except TypeError:
         raise LoadError(f"{label}: {name}{signature}; {remedy}: correct its arguments") from None
-    return cast(Callable[..., Any], found)
+    return cast(Callable[..., Any], build)
 
 
 class SolverTable(Table):
@@ -313,9 +313,9 @@ def describe(model: str) -> Declared:
 
 def _with_ranges(tables: SignalTables) -> dict[str, SignalTable]:
     """Give signals ranges for a first trial where the file leaves them open."""
-    found = {}
+    ranged = {}
     for name, table in tables.items():
         start = table.start or 0.0
         ends = table.range or (start - 1.0, start + 1.0)
-        found[name] = table.model_copy(update={"range": ends})
-    return found
+        ranged[name] = table.model_copy(update={"range": ends})
+    return ranged

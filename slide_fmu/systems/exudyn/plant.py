@@ -249,13 +249,13 @@ class Plant:
         """Return by how much forces fall with what ``set_to`` sets, by central differences."""
         columns = []
         for index, reach in enumerate(_DIFFERENCE * (1.0 + np.abs(values[: self._size]))):
-            found = []
+            pair = []
             for sign in (1.0, -1.0):
                 moved = values[: self._size].copy()
                 moved[index] += sign * reach
                 set_to(moved, _CURRENT)
-                found.append(forces())
-            columns.append((found[1] - found[0]) / (2.0 * reach))
+                pair.append(forces())
+            columns.append((pair[1] - pair[0]) / (2.0 * reach))
         set_to(values[: self._size], _CURRENT)
         return np.array(columns).T
 

@@ -169,10 +169,12 @@ def _plant(container: Any, mbs: Any, solver: PlantSolver, moves_parameters: bool
 
 def _fastest(plant: Plant) -> float:
     """Return the largest |v| in 1/s of the eigenvalues at the initial configuration."""
-    found = plant.linearize(plant.coordinates(), plant.velocities())
-    size = len(found.mass)
+    linearization = plant.linearize(plant.coordinates(), plant.velocities())
+    size = len(linearization.mass)
     try:
-        rates = np.linalg.solve(found.mass, np.hstack([found.stiffness, found.damping]))
+        rates = np.linalg.solve(
+            linearization.mass, np.hstack([linearization.stiffness, linearization.damping])
+        )
         first_order = np.block([[np.zeros((size, size)), np.eye(size)], [-rates]])
         return float(np.max(np.abs(np.linalg.eigvals(first_order)), initial=0.0))
     except np.linalg.LinAlgError:  # coordinates without mass follow the others at once

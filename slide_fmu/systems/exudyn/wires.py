@@ -206,9 +206,9 @@ class Wires:
         mbs, (item, _, parameter) = self._mbs, path.rpartition(".")
         count = mbs.systemData.NumberOfObjects()
         objects = {mbs.GetObject(i)["name"]: i for i in range(count)}
-        found = mbs.GetObject(objects[item]) if item in objects else {}
-        if parameter not in found:
-            what = f"parameters {sorted(found)}" if found else f"objects {sorted(objects)}"
+        values = mbs.GetObject(objects[item]) if item in objects else {}
+        if parameter not in values:
+            what = f"parameters {sorted(values)}" if values else f"objects {sorted(objects)}"
             raise LoadError(
                 f"input {name!r}: parameter {path!r} is not there; expected 'OBJECT.PARAMETER' "
                 f"with one of the {what}"

@@ -63,9 +63,9 @@ class Bend:
 
     def __call__(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Give the inputs and their rates, (n_inputs,) each, at a time in s from 0 to the step."""
-        found = (time / self.step) ** self.exponents @ self.coefficients
+        values = (time / self.step) ** self.exponents @ self.coefficients
         count = len(self.low)
-        return np.minimum(np.maximum(found[:count], self.low), self.high), found[count:]
+        return np.minimum(np.maximum(values[:count], self.low), self.high), values[count:]
 
 
 @cache
@@ -200,15 +200,15 @@ class ModelEquations:
         """
         field, state = self.held(u), start
         try:
-            found = equilibrium(field, state, sizes)
+            at_rest = equilibrium(field, state, sizes)
             for samples in SETTLING:
-                if found is not None:
+                if at_rest is not None:
                     break
                 state = LONG.integrate(lambda _, x: field(x), state, samples * self.step)
-                found = equilibrium(field, state, sizes)
+                at_rest = equilibrium(field, state, sizes)
         except SimulationError:  # it goes without end
             return None
-        return found
+        return at_rest
 
     def sizes(self, start: FloatArray, path: FloatArray) -> FloatArray:
         """Give how large the states become along a path of inputs, (N, n_inputs), shape (n,).

@@ -43,10 +43,10 @@ def equilibrium(field: Field, guess: FloatArray, sizes: FloatArray) -> FloatArra
     from scipy.optimize import root
 
     with np.errstate(all="ignore"):
-        found = root(field, guess, method="hybr")
-        state = np.asarray(found.x, dtype=np.float64)
+        solution = root(field, guess, method="hybr")
+        state = np.asarray(solution.x, dtype=np.float64)
         rates = field(state)
-        if not (found.success and np.isfinite(rates).all()):
+        if not (solution.success and np.isfinite(rates).all()):
             return None
         matrix = state_matrix(field, state, sizes)
     if not np.isfinite(matrix).all():

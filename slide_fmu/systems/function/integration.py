@@ -50,7 +50,9 @@ class Tableau:
 
     def error(self, rates: FloatArray, scale: FloatArray, step: float) -> float:
         """Return the error of a step in parts of what is allowed, of rates (s + 1, n)."""
-        squares = [float(found @ found) for found in (row @ rates / scale for row in self.errors)]
+        squares = [
+            float(weighted @ weighted) for weighted in (row @ rates / scale for row in self.errors)
+        ]
         if len(squares) == 1:
             return step * math.sqrt(squares[0] / len(scale))
         fifth, third = squares
@@ -64,14 +66,14 @@ def tableau(method: str) -> Tableau:
     """Return the coefficients that scipy has for RK23, RK45 or DOP853."""
     import scipy.integrate
 
-    found = getattr(scipy.integrate, method)
-    count = found.n_stages
+    method_class = getattr(scipy.integrate, method)
+    count = method_class.n_stages
     return Tableau(
-        times=tuple(float(time) for time in found.C[1:count]),
-        stages=tuple(np.array(row[:s]) for s, row in enumerate(found.A[:count]) if s),
-        result=np.array(found.B),
-        errors=(found.E5, found.E3) if method == "DOP853" else (found.E,),
-        exponent=-1.0 / (found.error_estimator_order + 1),
+        times=tuple(float(time) for time in method_class.C[1:count]),
+        stages=tuple(np.array(row[:s]) for s, row in enumerate(method_class.A[:count]) if s),
+        result=np.array(method_class.B),
+        errors=(method_class.E5, method_class.E3) if method == "DOP853" else (method_class.E,),
+        exponent=-1.0 / (method_class.error_estimator_order + 1),
     )
 
 

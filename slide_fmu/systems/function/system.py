@@ -149,14 +149,14 @@ class FunctionSystem(Linearizable, Bending):
         start = self._start(held_input)
         if callable(self._given_start):
             return State(start, np.zeros(0), held_input.copy())
-        found = self._equations.rest(start, held_input, self._sizes)
-        if found is None:
+        at_rest = self._equations.rest(start, held_input, self._sizes)
+        if at_rest is None:
             self.remarks = (
                 f"no stable equilibrium was found from start = {start.tolist()} under the input "
                 f"{held_input.tolist()}: motions begin at the start itself",
                 *self._stiff,
             )
-        return State(start if found is None else found, np.zeros(0), held_input.copy())
+        return State(start if at_rest is None else at_rest, np.zeros(0), held_input.copy())
 
     def set_state(self, state: State) -> None:
         size = self._equations.function.count

@@ -164,8 +164,8 @@ class GruModule(torch.nn.Module):
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Map features (B, n_in, n_features) to outputs (B, scored * n_outputs)."""
         states, _ = self.gru(windows)
-        found: torch.Tensor = self.readout(states[:, -self.scored :]).flatten(1)
-        return found
+        outputs: torch.Tensor = self.readout(states[:, -self.scored :]).flatten(1)
+        return outputs
 
 
 @final

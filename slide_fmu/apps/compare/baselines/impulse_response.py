@@ -54,11 +54,11 @@ def _variants(
     n_outputs, window = right.shape[1], Window(lesson.window.step, taps, 1)
     newest = slice(len(matrix) - 1 - taps * lesson.n_inputs, None)
     part, target = matrix[newest, newest], right[newest]
-    found: list[tuple[str, Baseline]] = []
+    variants: list[tuple[str, Baseline]] = []
     for ridge in RIDGES:
         damped = part + ridge * np.mean(np.diag(part)[:-1]) * np.eye(len(part))
         weights = np.linalg.solve(damped, target).T.astype(np.float32)
         layer = Layer(weights[:, :-1].copy(), weights[:, -1].copy(), "identity")
         network = FeedForward((layer,), taps, lesson.features)
-        found.append((f"{taps} taps", Frozen(network, window, n_outputs)))
-    return found
+        variants.append((f"{taps} taps", Frozen(network, window, n_outputs)))
+    return variants

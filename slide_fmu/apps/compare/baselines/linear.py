@@ -55,5 +55,5 @@ def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
         problem = Problem(
             lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"
         )
-        found = fit_state_space(problem, network, training, quiet).network
-    return [(f"order {order}", Frozen(found, lesson.window, lesson.n_outputs))]
+        network_of_order = fit_state_space(problem, network, training, quiet).network
+    return [(f"order {order}", Frozen(network_of_order, lesson.window, lesson.n_outputs))]

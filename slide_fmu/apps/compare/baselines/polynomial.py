@@ -111,14 +111,14 @@ def _variants(lesson: Lesson, lags: int, degree: int) -> list[tuple[str, Baselin
     counts = [total] if degree == 1 else [n for n in NARX_TERMS if n <= total]
     choices = [_Choice(lesson, output, lags, degree) for output in range(n_outputs)]
     ranks = [choice.ranked(max(counts)) for choice in choices]
-    found: list[tuple[str, Baseline]] = []
+    variants: list[tuple[str, Baseline]] = []
     for count in counts:
         pairs = zip(choices, ranks, strict=True)
         models = [choice.model(rank[:count]) for choice, rank in pairs]
         words = "1 lag" if lags == 1 else f"{lags} lags"
         words += f", degree {degree}, {count} terms" if degree > 1 else ""
-        found.append((words, Polynomial(models, lags)))
-    return found
+        variants.append((words, Polynomial(models, lags)))
+    return variants
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,23 +31,23 @@ def search(
     the time of the last one.
     """
     progress = part_of(progress, at_most=True)
-    best, found, vain = (math.inf, math.inf), None, 0
+    best, chosen, vain = (math.inf, math.inf), None, 0
     for number, structure in enumerate(structures):
-        progress(number, len(structures), best[1] if found else None)
+        progress(number, len(structures), best[1] if chosen else None)
         begin = budget.spent
         before = best
         for words, baseline in structure():
             rank = judged(baseline, lesson.validation, lesson.window.memory_length)
-            if found is None or rank < best:
-                best, found = rank, (baseline, words)
+            if chosen is None or rank < best:
+                best, chosen = rank, (baseline, words)
         better = best[0] < before[0] or best[1] < PAYS * before[1]
         vain = 0 if better else vain + 1
-        assert found is not None
+        assert chosen is not None
         if vain == PATIENCE:
             break
         if number + 1 < len(structures) and budget.left < GROWS * (budget.spent - begin):
             progress(len(structures), len(structures), best[1])
-            return FittedBaseline(*found, cut=True)
-    assert found is not None
+            return FittedBaseline(*chosen, cut=True)
+    assert chosen is not None
     progress(len(structures), len(structures), best[1])
-    return FittedBaseline(*found, cut=False)
+    return FittedBaseline(*chosen, cut=False)

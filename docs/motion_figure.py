@@ -15,25 +15,26 @@ import theme
 
 from slide_fmu.apps.motion import MoveTask, read_task
 from slide_fmu.apps.motion.move import Move
-from slide_fmu.apps.motion.solve import Solved, solve
+from slide_fmu.apps.motion.solve import MoveSolution, solve
 
 ROOT = Path(__file__).parents[1]
 AFTER = 0.35
 """Time in s that is shown after the last move has settled."""
 
 
-def solved_task(fmu: str, task: str) -> Solved:
+def solved_task(fmu: str, task: str) -> MoveSolution:
     """Choose the move of a task, and simulate it and its baselines with the reference model."""
     read = read_task(ROOT / "docs" / "tutorials" / f"{task}.toml")
     assert isinstance(read, MoveTask)
     return solve(ROOT / "fmus" / fmu / f"{fmu}.fmu", read, verify=True)
 
 
-def shown_moves(solved: Solved) -> list[tuple[Move, float, str, float]]:
+def shown_moves(solved: MoveSolution) -> list[tuple[Move, float, str, float]]:
     """The plain move, the shaper that settles first, and the chosen move; with times and looks."""
     true = solved.true_moves()
     figures = [
-        move.figures(solved.found.response, solved.limits, solved.task.tolerance) for move in true
+        move.figures(solved.optimised.response, solved.limits, solved.task.tolerance)
+        for move in true
     ]
     times = [np.inf if found.settled_s is None else found.settled_s for found in figures]
     best = min(range(2, len(true)), key=times.__getitem__)
@@ -41,7 +42,7 @@ def shown_moves(solved: Solved) -> list[tuple[Move, float, str, float]]:
     return [(true[index], times[index], colour, width) for index, colour, width in looks]
 
 
-def draw(solved: Solved, title: str, first: float, largest: float, distance: bool) -> None:
+def draw(solved: MoveSolution, title: str, first: float, largest: float, distance: bool) -> None:
     """Draw the outputs after rest in mm, and mark when each move has settled."""
     matplotlib.rcParams.update(theme.STYLE | {"svg.hashsalt": title, "font.size": 11})
     figure, axes = plt.subplots(figsize=(7, 3.7), layout="constrained")
@@ -51,7 +52,7 @@ def draw(solved: Solved, title: str, first: float, largest: float, distance: boo
     for move, settled, colour, width in moves:
         outputs = 1e3 * move.outputs
         shown = np.linalg.norm(outputs, axis=1) if distance else outputs[:, 0]
-        time = solved.found.response.output_time[: len(shown)]
+        time = solved.optimised.response.output_time[: len(shown)]
         name = {"not shaped": "plain"}.get(move.name, move.name)
         axes.plot(time, shown, color=colour, lw=width, label=f"{name}: {settled:.2f} s")
         axes.axvline(settled, color=colour, lw=1, ls=":")

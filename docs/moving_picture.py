@@ -18,7 +18,7 @@ from PIL import Image
 from scipy.interpolate import CubicSpline
 
 from mbs_models.slider_crank import SliderCrank
-from slide_fmu.apps.motion.solve import Solved, reference_at, solve
+from slide_fmu.apps.motion.solve import MoveSolution, reference_at, solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
 from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
@@ -65,14 +65,14 @@ class Filmed:
     deflection: CubicSpline
 
 
-def solved_task() -> Solved:
+def solved_task() -> MoveSolution:
     """Return the task with its answer, and the same moves by the reference model."""
     task = read_task(TASK)
     assert isinstance(task, MoveTask)
     return solve(FMU, task, verify=True)
 
 
-def settling_times(solved: Solved) -> dict[str, float | None]:
+def settling_times(solved: MoveSolution) -> dict[str, float | None]:
     """Return the times in s at which the moves have settled, by the reference model."""
     true = solved.figures().reference
     assert true is not None
@@ -84,14 +84,14 @@ def best_shaper(times: dict[str, float | None]) -> float:
     return min(time for name, time in times.items() if name.startswith("Z") and time is not None)
 
 
-def filmed(solved: Solved, name: str, label: str, colour: str) -> Filmed:
+def filmed(solved: MoveSolution, name: str, label: str, colour: str) -> Filmed:
     """Simulate a move of the task again, and keep where the machine is."""
     make_models_importable(FMU)
     surrogate, provenance = read_fmu(FMU)
     recipe = recipe_of_provenance(provenance, str(FMU))
     system = reference_at(recipe, surrogate, solved.task.parameters)
     assert isinstance(system, SliderCrank)
-    response = solved.found.response
+    response = solved.optimised.response
     (move,) = (move for move in solved.moves if move.name == name)
     inputs = response.inputs(move.motion)
     states = [system.rest_state(inputs[0])]
@@ -185,7 +185,7 @@ def draw_frame(
     return Image.open(drawn).convert("RGBA")
 
 
-def frames(solved: Solved) -> list[Image.Image]:
+def frames(solved: MoveSolution) -> list[Image.Image]:
     """Draw all frames of the picture."""
     moves = (
         filmed(solved, "not shaped", "plain: as fast as possible", ORANGE),

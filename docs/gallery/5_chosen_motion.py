@@ -32,11 +32,11 @@ solved = solve(Path("fmus/robot_6r/robot_6r.fmu"), task, verify=True)
 reference = solved.figures().reference
 for move in reference.baselines:
     print(f"{move.name}: {move.settled_s:.3f} s")
-print(f"{solved.found.move.name}: {reference.move.settled_s:.3f} s")
+print(f"{solved.optimised.move.name}: {reference.move.settled_s:.3f} s")
 
 # %%
 # The surrogate's prediction of the optimised move, compared with the reference model:
-predicted, true = solved.found.move.outputs, solved.truths[0]
+predicted, true = solved.optimised.move.outputs, solved.truths[0]
 error = np.linalg.norm(predicted - true, axis=1)
 relative = 100 * np.sqrt(np.mean(error**2) / np.mean(np.sum(true**2, axis=1)))
 print(f"error of the prediction: {relative:.2f} %")
@@ -46,7 +46,7 @@ print(f"error of the prediction: {relative:.2f} %")
 # the tolerance.
 plt.style.use("docs/tutorials/plots.mplstyle")
 _, panel = plt.subplots()
-time = solved.found.response.step * (1 + np.arange(len(predicted)))
+time = solved.optimised.response.step * (1 + np.arange(len(predicted)))
 for move, truth, colour in zip(solved.moves[:3], solved.truths, ("C0", "C1", "C2"), strict=False):
     panel.semilogy(time, 1e3 * np.linalg.norm(truth, axis=1), colour, label=move.name)
 panel.axhline(1e3 * task.tolerance, color="0.5", lw=1.5)

@@ -21,7 +21,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.accuracy_sections import validation_sections
 from slide_fmu.report.html_report import Report, Verdict
 from slide_fmu.report.run_figures import released_figures
-from slide_fmu.report.verdict import facts_of, verdict
+from slide_fmu.report.verdict import verdict, verdict_facts
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
@@ -165,7 +165,7 @@ def validation_report(
     figures = replace(validation.figures(), rows=rows)
     sections = validation_sections({_title(validation.task): validation}, rows)
     described = SurrogateDescription.of(validation.surrogate)
-    facts = facts_of(rows, figures.timing, described.memory_s)
+    facts = verdict_facts(rows, figures.timing, described.memory_s)
     report = Report(
         f"Validation of {validation.surrogate.name}",
         validation.recipe.description,

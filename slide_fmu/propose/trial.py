@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from collections.abc import Iterator, Mapping
@@ -26,6 +25,7 @@ from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.checks import remarks_on_sampling
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.systems.base import (
@@ -303,21 +303,3 @@ def _needed_kinds(recipe: Recipe) -> Iterator[tuple[str, Recipe, float]]:
     if estimator is not None and estimator.beyond:
         yield "estimator.beyond", usual, estimator.expert.amplitude_factor[1]
     yield "data.excitation", usual, 1.0
-
-
-def remarks_on_sampling(recipe: Recipe) -> list[str]:
-    """Say which kinds of excitation have frequencies above the Nyquist frequency.
-
-    There is one sentence for each of them. A sampled sine above the Nyquist frequency, pi over the
-    step, looks like a slower one.
-    """
-    limit = math.pi / recipe.window.step
-    return [
-        f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "
-        f"rad/s, but samples that are {recipe.window.step:g} s apart show at most {limit:.4g} "
-        "rad/s; faster vibrations become slower ones: lower it, or give a smaller window.step"
-        for table, kinds in recipe.tables_of_kinds().items()
-        for number, kind in enumerate(kinds, 1)
-        for highest in [max(getattr(kind, "angular_frequency", None) or (0.0,))]
-        if highest > limit
-    ]

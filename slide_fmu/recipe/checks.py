@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import Any
 
@@ -36,6 +37,24 @@ def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
         except ValueError as error:
             every.append(str(error))
     return every
+
+
+def remarks_on_sampling(recipe: Recipe) -> list[str]:
+    """Say which kinds of excitation have frequencies above the Nyquist frequency.
+
+    There is one sentence for each of them. A sampled sine above the Nyquist frequency, pi over the
+    step, looks like a slower one.
+    """
+    limit = math.pi / recipe.window.step
+    return [
+        f"{table}.excitation, number {number} ({kind.kind}): angular_frequency up to {highest:g} "
+        f"rad/s, but samples that are {recipe.window.step:g} s apart show at most {limit:.4g} "
+        "rad/s; faster vibrations become slower ones: lower it, or give a smaller window.step"
+        for table, kinds in recipe.tables_of_kinds().items()
+        for number, kind in enumerate(kinds, 1)
+        for highest in [max(getattr(kind, "angular_frequency", None) or (0.0,))]
+        if highest > limit
+    ]
 
 
 def require_parameters(recipe: Recipe) -> None:

@@ -11,7 +11,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
-from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style
+from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style, colour_of
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
@@ -35,6 +35,28 @@ CLOSE_SECONDS, CLOSE_SAMPLES = 2.0, (60, 600)
 """Time in s around the largest error that a close-up shows, and its fewest and most samples."""
 
 INPUT_COLOURS = 6
+
+
+def panels_by_unit(
+    title: str,
+    names: Sequence[str],
+    units: Sequence[str],
+    time: FloatArray,
+    values: FloatArray,
+) -> list[Panel]:
+    """Draw quantities over time, (N, n_quantities), with one panel for each of their units."""
+    return [
+        Panel(
+            title,
+            unit,
+            [
+                Line(name, time, values[:, i], colour_of(i))
+                for i, (name, own) in enumerate(zip(names, units, strict=True))
+                if own == unit
+            ],
+        )
+        for unit in dict.fromkeys(units)
+    ]
 
 
 def trajectory_charts(validation: Validation) -> list[Chart]:

@@ -181,11 +181,11 @@ def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict
         ),
         ("Make it again", measured.command),
     ]
-    facts = facts_of(measured.rows, found.timing, surrogate.memory_s)
+    facts = verdict_facts(measured.rows, found.timing, surrogate.memory_s)
     return Verdict(verdict(measured.rows), facts, commands)
 
 
-def facts_of(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[Fact]:
+def verdict_facts(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[Fact]:
     """Return the large numbers of a verdict: error, bound, trust, validity, speed and memory.
 
     The memory is the time in s for which outputs depend on an input.

@@ -20,7 +20,14 @@ from seeds import CHOSEN_MOTIONS
 from slide_fmu.apps.motion import MotionError, MoveTask, coordinates_of, read_task
 from slide_fmu.apps.motion.calibration import random_task
 from slide_fmu.apps.motion.margin import margins_of
-from slide_fmu.apps.motion.solve import Solved, answer, factor_of, problem_of, reference_of, solve
+from slide_fmu.apps.motion.solve import (
+    MoveSolution,
+    answer,
+    factor_of,
+    problem_of,
+    reference_of,
+    solve,
+)
 from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages, quiet
 from slide_fmu.fmu.export import read_fmu
@@ -34,7 +41,7 @@ TASKS = {
 """FMUs, and their tasks in docs/tutorials."""
 
 
-def judged(solved: Solved, seconds: float) -> dict[str, Any]:
+def judged(solved: MoveSolution, seconds: float) -> dict[str, Any]:
     """Judge a move and its baselines by the reference model."""
     figures = plain(solved.figures())
     true, predicted = figures["reference"], figures["move"]
@@ -57,7 +64,7 @@ def judged(solved: Solved, seconds: float) -> dict[str, Any]:
 def both_ways(fmu: Path, task: MoveTask) -> dict[str, Any]:
     """Solve a task with and without verification; a refusal is its message."""
     released, provenance = read_fmu(fmu)
-    reference = reference_of(fmu, provenance, released, task.parameters, quiet)
+    reference = reference_of(fmu, released, task.parameters, quiet)
     found: dict[str, Any] = {}
     for way in ("unverified", "verified"):
         begin = time.process_time()
@@ -73,7 +80,7 @@ def both_ways(fmu: Path, task: MoveTask) -> dict[str, Any]:
                 true = chosen.response.verified_by(reference)
                 moves = (chosen.move, *chosen.baselines)
                 truths = tuple(true.truth(move.motion) for move in moves)
-                solved = Solved(task, problem, chosen, truths)
+                solved = MoveSolution(task, problem, chosen, truths)
             found[way] = judged(solved, seconds)
         except MotionError as refused:
             found[way] = str(refused)

@@ -20,8 +20,7 @@ from seeds import CORRECTED_PATHS
 
 from slide_fmu.apps.motion import MotionError, PathTask, coordinates_of
 from slide_fmu.apps.motion.compensation import chain_of_surrogate, condition_along
-from slide_fmu.apps.motion.path import read_path
-from slide_fmu.apps.motion.path_correction import correct
+from slide_fmu.apps.motion.path_correction import correct, read_path
 from slide_fmu.core.figures import plain
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray

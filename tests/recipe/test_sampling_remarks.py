@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.propose.trial import remarks_on_sampling
+from slide_fmu.recipe.checks import remarks_on_sampling
 from slide_fmu.recipe.reading import load_open_recipe
 from tests.recipes import tiny_state_space_recipe
 

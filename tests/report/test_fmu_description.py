@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slide_fmu.apps.page.facts import facts_of
+from slide_fmu.apps.page.facts import page_facts
 from slide_fmu.cli.app import app
 from slide_fmu.core.readable import quantity
 from slide_fmu.fmu.export import read_fmu
@@ -51,7 +51,7 @@ def test_repr_of_a_surrogate_has_its_signals_and_no_arrays(name: str) -> None:
 @pytest.mark.parametrize("name", [*BOUNDED, *WITHOUT_BOUND])
 def test_page_and_info_have_the_same_memory_and_spans(name: str) -> None:
     surrogate, provenance = read_fmu(FMUS / name / f"{name}.fmu")
-    page = facts_of(surrogate, provenance)
+    page = page_facts(surrogate, provenance)
     described = FmuDescription.of(surrogate, provenance).dump()
     assert page.memory == described["memory_s"]
     assert page.estimated == described.get("estimate_span_s")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from slide_fmu.report.html_report import Fact
-from slide_fmu.report.verdict import MISSING, facts_of, verdict
+from slide_fmu.report.verdict import MISSING, verdict, verdict_facts
 from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import ALL, Row
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
@@ -125,7 +125,7 @@ TIMING = timing(10.0)
 
 
 def facts(*rows: Row, times: Timing = TIMING) -> dict[str, Fact]:
-    return {fact.name: fact for fact in facts_of(rows, times, memory_s=1.5)}
+    return {fact.name: fact for fact in verdict_facts(rows, times, memory_s=1.5)}
 
 
 def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:

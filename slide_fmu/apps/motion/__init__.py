@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from slide_fmu.apps.motion.choice import MoveFamily, choose
-    from slide_fmu.apps.motion.compensation import Compensated, compensate
+    from slide_fmu.apps.motion.compensation import CompensatedPath, compensate
     from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of, inputs_of
-    from slide_fmu.apps.motion.costs import Answers, largest, residual, settled
-    from slide_fmu.apps.motion.earliest_move import Found, earliest
+    from slide_fmu.apps.motion.costs import MoveResponses, largest, residual, settled
+    from slide_fmu.apps.motion.earliest_move import OptimisedMove, earliest
     from slide_fmu.apps.motion.limits import Limits
     from slide_fmu.apps.motion.move import Move
     from slide_fmu.apps.motion.predictor import MotionError, Predictor
-    from slide_fmu.apps.motion.problem import MoveProblem, Past
+    from slide_fmu.apps.motion.problem import MoveProblem, ViaPoints
     from slide_fmu.apps.motion.quietest_move import quietest
     from slide_fmu.apps.motion.response import Response
     from slide_fmu.apps.motion.task import MoveTask, PathTask, read_task
@@ -29,7 +29,7 @@ _HOMES = {
         "choose",
     ),
     "compensation": (
-        "Compensated",
+        "CompensatedPath",
         "compensate",
     ),
     "coordinates": (
@@ -38,19 +38,19 @@ _HOMES = {
         "inputs_of",
     ),
     "costs": (
-        "Answers",
+        "MoveResponses",
         "largest",
         "residual",
         "settled",
     ),
     "earliest_move": (
-        "Found",
+        "OptimisedMove",
         "earliest",
     ),
     "limits": ("Limits",),
     "move": ("Move",),
     "problem": (
-        "Past",
+        "ViaPoints",
         "MoveProblem",
     ),
     "quietest_move": ("quietest",),
@@ -68,20 +68,20 @@ _HOMES = {
 """The modules that the public names come from."""
 
 __all__ = [
-    "Answers",
-    "Compensated",
+    "CompensatedPath",
     "Coordinate",
-    "Found",
     "Limits",
     "MotionError",
     "Move",
     "MoveFamily",
     "MoveProblem",
+    "MoveResponses",
     "MoveTask",
-    "Past",
+    "OptimisedMove",
     "PathTask",
     "Predictor",
     "Response",
+    "ViaPoints",
     "choose",
     "compensate",
     "coordinates_of",

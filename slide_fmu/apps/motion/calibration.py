@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate, coordinates_of
-from slide_fmu.apps.motion.earliest_move import Found
+from slide_fmu.apps.motion.earliest_move import OptimisedMove
 from slide_fmu.apps.motion.margin import margins_of, what_margins_are
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.recipe_table import MARGIN_FACTOR
@@ -110,7 +110,7 @@ def calibrate(
     margins = margins_of(released, provenance)
     problem_of(released, task, margins)
     coordinates, rng = coordinates_of(released.inputs), np.random.default_rng(seed)
-    reference = reference_of(fmu, provenance, released, task.parameters, quiet)
+    reference = reference_of(fmu, released, task.parameters, quiet)
     progress, drawn = bar("moves"), 0
     ratios: list[float] = []
     left: list[float] = []
@@ -124,11 +124,11 @@ def calibrate(
         drawn += 1
         try:
             drawn_task = random_task(task, coordinates, rng)
-            found = answer(problem_of(released, drawn_task, margins), task)
+            optimised = answer(problem_of(released, drawn_task, margins), task)
         except MotionError:  # counted by ``drawn``
             continue
-        if found.move.name not in {move.name for move in found.baselines}:
-            error, margin, after = _after_arrival(found, reference)
+        if optimised.move.name not in {move.name for move in optimised.baselines}:
+            error, margin, after = _after_arrival(optimised, reference)
             ratios.append(error / margin)
             left.append(after)
     progress(moves, moves)
@@ -157,14 +157,14 @@ def _require_calibration(task: MoveTask, moves: int) -> None:
         raise MotionError("a task with via; expected one without points to pass: remove them")
 
 
-def _after_arrival(found: Found, reference: Reference) -> tuple[float, float, float]:
+def _after_arrival(optimised: OptimisedMove, reference: Reference) -> tuple[float, float, float]:
     """Return largest error, margin and true distance from rest after a move has arrived."""
-    move, end = found.move, found.move.end
-    truth = found.response.verified_by(reference).truth(move.motion)
+    move, end = optimised.move, optimised.move.end
+    truth = optimised.response.verified_by(reference).truth(move.motion)
     margin = float(move.margin[end:].max())
     if margin == 0:
         raise MotionError(
-            f"surrogate {found.response.surrogate.name!r} has no error bound, no "
+            f"surrogate {optimised.response.surrogate.name!r} has no error bound, no "
             "error estimate and no measured error, so its margin is 0; expected one of them: make "
             "the FMU by slide-fmu run, which measures it"
         )
@@ -175,15 +175,16 @@ def _largest(outputs: FloatArray, end: int) -> float:
     return float(np.linalg.norm(outputs[end:], axis=1).max())
 
 
-def advice(found: CalibratedFactor) -> list[str]:
+def advice(calibrated: CalibratedFactor) -> list[str]:
     """Say what the factor is, and what to do with it."""
-    factor = math.ceil(1000 * found.margin_factor) / 1000
+    factor = math.ceil(1000 * calibrated.margin_factor) / 1000
     return [
         f"{MARGIN_FACTOR} = {factor:g}",
-        f"In {found.confidence:.0%} of optimised moves for such tasks, the largest error after "
-        f"arrival stays below {factor:g} times the margin. The margin is {found.margin_is}.",
-        f"Of {found.moves} moves, {found.beyond_margin} had a larger error than their margin, "
-        f"and {found.beyond_tolerance} left more than the tolerance.",
+        f"In {calibrated.confidence:.0%} of optimised moves for such tasks, the largest error "
+        f"after arrival stays below {factor:g} times the margin. The margin is "
+        f"{calibrated.margin_is}.",
+        f"Of {calibrated.moves} moves, {calibrated.beyond_margin} had a larger error than their "
+        f"margin, and {calibrated.beyond_tolerance} left more than the tolerance.",
         f"Write it into the task as {MARGIN_FACTOR} = {factor:g}, or into the recipe below "
         f"[apps.motion]; then slide-fmu run puts it into the FMU without a new training.",
     ]

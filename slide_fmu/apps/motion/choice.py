@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from slide_fmu.apps.motion.costs import Answers, Cost
-from slide_fmu.apps.motion.earliest_move import Found, baselines
+from slide_fmu.apps.motion.costs import Cost, MoveResponses
+from slide_fmu.apps.motion.earliest_move import OptimisedMove, baselines
 from slide_fmu.apps.motion.move import Move, described
 from slide_fmu.apps.motion.moves import arrivals, shares
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import MoveProblem
-from slide_fmu.apps.motion.profile import LEAST_ROUNDED
 from slide_fmu.apps.motion.response import Response
+from slide_fmu.apps.motion.route import LEAST_ROUNDED
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.excitation.speed_profile import SpeedProfiles
@@ -63,7 +63,7 @@ class MoveFamily:
 
 def choose(
     problem: MoveProblem, cost: Cost, family: MoveFamily, progress: Progress = quiet
-) -> Found:
+) -> OptimisedMove:
     """Choose the candidate of the least cost, or a baseline that costs less.
 
     All are compared as predicted; the best ones again with their margins, which decide.
@@ -78,7 +78,7 @@ def choose(
         MotionError: no candidate has a finite cost, the best ones leave the surrogate's domain,
             there are points to pass, or as for ``baselines``.
     """
-    if problem.past is not None:
+    if problem.via is not None:
         raise MotionError(
             "candidates go straight from the start to the goal; expected no points to pass: "
             "remove via, or ask for kind = 'earliest' or 'quietest'"
@@ -102,16 +102,16 @@ def choose(
     known = [space.again(move) for move in known]
     for some in batches(min(len(places), MOST_LOOKED_AT), LOOKED_AT):
         best = space.moves(places[order[some]], f"best of {family.candidates}")
-        found = [*best, *known]
-        values = [move.trusted(cost, space.response, problem.tolerance) for move in found]
+        finalists = [*best, *known]
+        values = [move.trusted(cost, space.response, problem.tolerance) for move in finalists]
         if np.isfinite(values).any():
-            return Found(space.response, found[int(np.argmin(values))], tuple(known))
-    raise MotionError(_nothing(problem, family, found))
+            return OptimisedMove(space.response, finalists[int(np.argmin(values))], tuple(known))
+    raise MotionError(_nothing(problem, family, finalists))
 
 
-def _nothing(problem: MoveProblem, family: MoveFamily, found: list[Move]) -> str:
+def _nothing(problem: MoveProblem, family: MoveFamily, finalists: list[Move]) -> str:
     """Return a message on what no candidate does: settle, or stay in the domain."""
-    if min(move.known for move in found) < 1:
+    if min(move.known for move in finalists) < 1:
         return (
             f"the best of {family.candidates} candidates leave the domain of the surrogate; "
             "outside its error bound says nothing: lower the limits, raise longest, or move start "
@@ -154,15 +154,16 @@ class _Space:
         ``counted`` has the count of the progress so far, and its total.
         """
         before, total = counted
-        found = np.empty(len(places))
+        costs = np.empty(len(places))
         for some in batches(len(places), AT_ONCE):
             motions, ends = self._sampled(places[some])
             outputs = self.response.outputs(motions)
             none = np.zeros(outputs.shape[:2])
             tolerance = self.problem.tolerance
-            found[some] = cost(Answers(outputs, none, ends, self.response.output_time, tolerance))
+            responses = MoveResponses(outputs, none, ends, self.response.output_time, tolerance)
+            costs[some] = cost(responses)
             progress(before + min(some.stop, len(places)), total)
-        return found
+        return costs
 
     def moves(self, places: FloatArray, name: str) -> list[Move]:
         """Describe candidates at places, (B, DIMENSIONS)."""

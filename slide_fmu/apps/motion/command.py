@@ -107,7 +107,7 @@ def _calibrate(fmu: Path, task: Path, moves: int, seed: int, json_path: str | No
             raise MotionError(
                 f"{task}: a path to correct; expected a move for --calibrate: give start and goal"
             )
-        found = calibrate(fmu, wanted, moves, seed, bar)
-    write_json(json_path, found)
-    for sentence in advice(found):
+        calibrated = calibrate(fmu, wanted, moves, seed, bar)
+    write_json(json_path, calibrated)
+    for sentence in advice(calibrated):
         console.print(sentence)

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import BSpline
 
-from slide_fmu.apps.motion.corrections import PROBE, gauss_newton, slopes, splines
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import PLAIN, Margins, judge
 from slide_fmu.apps.motion.predictor import MotionError, Predictor
@@ -22,8 +22,68 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.serial_chain import SerialChain
+from slide_fmu.network.base import batches
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
+
+PROBE = 1e-4
+"""Step of the forward differences of responses, relative to a coordinate's range."""
+
+AT_ONCE = 250
+"""Number of probes evaluated together: their sequences fit into memory."""
+
+
+def splines(count: int, between: int) -> FloatArray:
+    """Return cubic B-splines with knots every ``between`` samples, (n, count).
+
+    Any constant is a sum of them.
+    """
+    pieces = max(1, -(-(count - 1) // between))
+    inner = np.linspace(0, count - 1, pieces + 1)
+    knots = np.concatenate([np.zeros(3), inner, np.full(3, float(count - 1))])
+    return np.asarray(BSpline.design_matrix(np.arange(float(count)), knots, 3).toarray().T)
+
+
+def slopes(
+    errors: Callable[[FloatArray], FloatArray],
+    motion: FloatArray,
+    error: FloatArray,
+    basis: FloatArray,
+    ranges: FloatArray,
+) -> FloatArray:
+    """Differentiate errors by corrections in ranges: (n_splines, n_coordinates, *error.shape).
+
+    Args:
+        errors: function from motions, (B, count, n_coordinates), to errors.
+        motion: point of the derivative, (count, n_coordinates).
+        error: error of that motion.
+        basis: splines, (n_splines, count).
+        ranges: units of the corrections, (n_coordinates,).
+    """
+    coordinates = len(ranges)
+    differences = np.empty((len(basis) * coordinates, *error.shape))
+    every, probes = np.arange(len(differences)), PROBE * np.diag(ranges)
+    for some in batches(len(differences), AT_ONCE):
+        spline, moved = np.divmod(every[some], coordinates)
+        probed = motion + basis[spline, :, None] * probes[moved, None]
+        differences[some] = errors(probed) - error
+    return np.asarray(differences / PROBE).reshape(len(basis), coordinates, *error.shape)
+
+
+def gauss_newton(slopes: FloatArray, error: FloatArray, damping: float) -> FloatArray:
+    """Return one damped Gauss-Newton step, (n_splines, n_coordinates), in ranges.
+
+    Args:
+        slopes: result of ``slopes``.
+        error: the error to reduce to zero.
+        damping: smallest curvature of every direction, relative to the largest.
+    """
+    matrix = slopes.reshape(-1, error.size)
+    curvature = matrix @ matrix.T
+    curvature += damping * np.diag(curvature).max() * np.eye(len(curvature))
+    change = np.linalg.solve(curvature, -matrix @ error.reshape(-1))
+    return np.asarray(change.reshape(slopes.shape[:2]))
+
 
 KNOTS = 3
 """Default distance of the knots of corrections, in samples."""
@@ -43,8 +103,8 @@ n_outputs)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Compensated:
-    """A Compensated path has its corrections.
+class CompensatedPath:
+    """A CompensatedPath is a path with its corrections.
 
     Attributes:
         predictor: predicts motions of its length.
@@ -82,7 +142,7 @@ def compensate(
     between: float | None = None,
     progress: Progress = quiet,
     margins: Margins = PLAIN,
-) -> Compensated:
+) -> CompensatedPath:
     """Correct a path that begins at rest.
 
     Args:
@@ -134,9 +194,9 @@ def compensate(
     if beyond is not None and not _norm(error) < WORTH * _norm(before):
         _require_limits("corrected path", beyond, surrogate, limits)
     condition = condition_along(rigid, path, ranges)
-    found = Compensated(predictor, rigid, target, path, motion, before, error, condition)
-    _require_use(found, surrogate, margins)
-    return found
+    compensated = CompensatedPath(predictor, rigid, target, path, motion, before, error, condition)
+    _require_use(compensated, surrogate, margins)
+    return compensated
 
 
 def _wish(
@@ -184,20 +244,20 @@ def condition_along(rigid: Rigid, path: FloatArray, ranges: FloatArray) -> Float
     return np.asarray(np.where(values[:, 0] > 0, values[:, 0] / (values[:, -1] + 1e-300), 1.0))
 
 
-def _require_use(found: Compensated, surrogate: Surrogate, margins: Margins) -> None:
+def _require_use(compensated: CompensatedPath, surrogate: Surrogate, margins: Margins) -> None:
     """Refuse corrections whose improvement is not certain."""
     unit, step = surrogate.outputs[0].unit, surrogate.window.step
-    before, after = _rms(found.before), _rms(found.after)
+    before, after = _rms(compensated.before), _rms(compensated.after)
     if before > 0 and not after < WORTH * before:
-        worst = int(np.argmax(found.condition))
+        worst = int(np.argmax(compensated.condition))
         raise MotionError(
             f"the path's error of {before:.3g}{behind(unit)} RMS does not become smaller; the "
             "coordinates move the outputs with a condition number of up to "
-            f"{found.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular place "
-            "no correction is small: choose another path"
+            f"{compensated.condition[worst]:.3g} (at {step * worst:.3g} s), and near a singular "
+            "place no correction is small: choose another path"
         )
-    (judged,) = judge(surrogate, found.predictor.inputs(found.motion)[None], margins)
-    off = judged.margins[found.predictor.lead :]
+    (judged,) = judge(surrogate, compensated.predictor.inputs(compensated.motion)[None], margins)
+    off = judged.margins[compensated.predictor.lead :]
     if (margin := float(np.sqrt(np.mean(off**2)))) > before - after > 0:
         raise MotionError(
             f"the path's error of {before:.3g}{behind(unit)} RMS would become "

@@ -12,8 +12,8 @@ from slide_fmu.core.signals import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
-    """Answers are predictions for B candidates, from which a cost is computed.
+class MoveResponses:
+    """MoveResponses are the predictions for B candidates, from which a cost is computed.
 
     Attributes:
         outputs: predicted, relative to rest at the goal, (B, count, n_outputs).
@@ -35,31 +35,31 @@ class Answers:
         return np.asarray(np.linalg.norm(self.outputs, axis=2) + self.margin)
 
 
-Cost = Callable[[Answers], FloatArray]
-"""Maps answers to a cost of each candidate, (B,); the smallest is best."""
+Cost = Callable[[MoveResponses], FloatArray]
+"""Maps responses to a cost of each candidate, (B,); the smallest is best."""
 
 
-def settled(answers: Answers) -> FloatArray:
+def settled(responses: MoveResponses) -> FloatArray:
     """Return the time in s after which a move stays within the tolerance; infinite if never."""
-    away = answers.away
+    away = responses.away
     rows = np.arange(away.shape[1])
-    outside = (away > answers.tolerance) | (rows < answers.ends[:, None])
+    outside = (away > responses.tolerance) | (rows < responses.ends[:, None])
     last = len(rows) - 1 - np.argmax(outside[:, ::-1], axis=1)
     # the first sample after the last one outside, unless that is the last of all
-    times = np.append(answers.time, np.inf)
-    return np.asarray(np.where(outside.any(axis=1), times[last + 1], answers.time[0]))
+    times = np.append(responses.time, np.inf)
+    return np.asarray(np.where(outside.any(axis=1), times[last + 1], responses.time[0]))
 
 
-def residual(answers: Answers) -> FloatArray:
+def residual(responses: MoveResponses) -> FloatArray:
     """Return the largest distance from rest after a move."""
-    away = answers.away
-    after = np.arange(away.shape[1]) >= answers.ends[:, None]
+    away = responses.away
+    after = np.arange(away.shape[1]) >= responses.ends[:, None]
     return np.asarray(np.where(after, away, 0.0).max(axis=1))
 
 
-def largest(answers: Answers) -> FloatArray:
+def largest(responses: MoveResponses) -> FloatArray:
     """Return the largest distance from rest at the goal over the whole motion."""
-    away = answers.away
+    away = responses.away
     return np.asarray(away.max(axis=1))
 
 

@@ -12,9 +12,8 @@ from slide_fmu.apps.motion.move import Move, described, described_all
 from slide_fmu.apps.motion.moves import arrivals, shaped_shares
 from slide_fmu.apps.motion.predictor import MotionError
 from slide_fmu.apps.motion.problem import MoveProblem
-from slide_fmu.apps.motion.profile import least_steps
 from slide_fmu.apps.motion.response import Response
-from slide_fmu.apps.motion.route import fastest_along
+from slide_fmu.apps.motion.route import fastest_along, least_steps
 from slide_fmu.apps.motion.shape import shape
 from slide_fmu.apps.motion.shapers import NONE, Shaper, ringing_modes, shapers
 from slide_fmu.core.progress import Progress, quiet
@@ -53,12 +52,12 @@ LONGER = 1.1
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """Found has the moves found for a task.
+class OptimisedMove:
+    """An OptimisedMove is the best move for a task, next to the usual ones.
 
     Attributes:
         response: the response to all of them.
-        move: the best one.
+        move: the best one; it may be a baseline.
         baselines: the fastest profile, unshaped and with shapers.
         slower: factor on the shortest time of its profile, since faster ones leave the domain.
         rounds: number of plans that the reference model has answered, if it verifies the move.
@@ -113,16 +112,16 @@ def shaped_moves(
     rows: list[tuple[Shaper, float]],
 ) -> list[Move]:
     """Describe a profile with shapers, with the profile's time in s, if it keeps the limits."""
-    found = []
+    shaped = []
     for row, time in rows:
         end = int(arrivals(response, np.array([time]), row.delays[None])[0])
         motion = problem.route.at(shaped_shares(response, profile, time, row))
         if row is NONE or problem.route.straight or problem.admits(response, motion):
-            found.append((row.name, motion, end))
-    return described_all(response, found) if found else []
+            shaped.append((row.name, motion, end))
+    return described_all(response, shaped) if shaped else []
 
 
-def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
+def earliest(problem: MoveProblem, progress: Progress = quiet) -> OptimisedMove:
     """Find the move that settles first, with its margin: an optimised one, or a baseline.
 
     The whole move lies in the surrogate's domain: if no such move is found, slower ones are tried.
@@ -135,9 +134,9 @@ def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
             ``baselines``.
     """
     for slower in SLOWER:
-        found = _first(dataclasses.replace(problem, slower=slower), progress)
-        if found is not None:
-            return found
+        optimised = _first(dataclasses.replace(problem, slower=slower), progress)
+        if optimised is not None:
+            return optimised
     raise MotionError(
         f"no move was found that settles within {problem.tolerance:g}{behind(problem.unit)} and "
         "stays "
@@ -147,7 +146,7 @@ def earliest(problem: MoveProblem, progress: Progress = quiet) -> Found:
     )
 
 
-def _first(problem: MoveProblem, progress: Progress) -> Found | None:
+def _first(problem: MoveProblem, progress: Progress) -> OptimisedMove | None:
     """Find the move that settles first; None if moves leave the domain."""
     response, profile, known = baselines(problem)
     tolerance, seen, rounds = problem.tolerance, list(known), 0
@@ -178,7 +177,7 @@ def _first(problem: MoveProblem, progress: Progress) -> Found | None:
         end += 1 if inside else max(1, round(STRIDE * end))
     progress(1, 1)
     if np.isfinite(time(best := min(seen, key=time))):
-        return Found(response, best, tuple(known), problem.slower, rounds)
+        return OptimisedMove(response, best, tuple(known), problem.slower, rounds)
     if any(move.known < 1 for move in seen):
         return None
     raise MotionError(_nothing(problem, response, margin, seen))
@@ -191,7 +190,7 @@ def _of_duration(
 
     If a plan is not settled, the next one knows its margin, or with a reference model its error.
     """
-    begin, found = shaped_shares(response, profile, float(response.time[end])), []
+    begin, moves = shaped_shares(response, profile, float(response.time[end])), []
     for _ in range(TRIES):
         part = PLANNED if problem.reference is None else VERIFIED
         allowed = part * (problem.tolerance - margin)
@@ -202,13 +201,13 @@ def _of_duration(
             break
         if not problem.admits(response, planned.motion):
             break
-        found.append(move := described(response, OPTIMISED, planned.motion, end))
+        moves.append(move := described(response, OPTIMISED, planned.motion, end))
         if problem.reference is not None:
             response = response.corrected(move.motion, move.outputs)
         if move.known < 1 or move.cost(residual, response, problem.tolerance) <= problem.tolerance:
             break
         margin = float(move.margin[end:].max())
-    return found, response
+    return moves, response
 
 
 def _nothing(problem: MoveProblem, response: Response, margin: float, seen: list[Move]) -> str:

@@ -45,19 +45,19 @@ class Limits:
             motion: it rests after its last sample, (N, n_coordinates).
             step: time between samples, in s.
         """
-        found = {}
+        used = {}
         padded = np.concatenate([np.tile(start, (3, 1)), motion, np.tile(motion[-1], (3, 1))])
         for name, order, limit in self.derivatives():
             if np.isinf(limit).all():
                 continue
             largest = np.abs(np.diff(padded, n=order, axis=0)).max(axis=0) / step**order
-            found[name] = float(np.max(largest / limit))
+            used[name] = float(np.max(largest / limit))
         ranged = np.isfinite(self.high - self.low)  # angles have no range
         if ranged.any():
             low, high = self.low[ranged], self.high[ranged]
             away = np.abs(motion[:, ranged] - 0.5 * (low + high)).max(axis=0)
-            found["range"] = float(np.max(away / (0.5 * (high - low))))
-        return found
+            used["range"] = float(np.max(away / (0.5 * (high - low))))
+        return used
 
     def kept(self, start: FloatArray, motion: FloatArray, step: float) -> bool:
         """Return whether a motion, as for ``used``, keeps all limits."""

@@ -39,7 +39,7 @@ class Margins:
 
 
 PLAIN = Margins()
-"""Margins without a factor, of a surrogate that brings its own, or that has none."""
+"""Margins unscaled."""
 
 
 def margins_of(
@@ -62,8 +62,8 @@ def margins_of(
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
-    """Judged has the reliability of predictions along a sequence of N samples.
+class Reliability:
+    """Reliability is that of predictions along a sequence of N samples.
 
     Attributes:
         margins: largest expected error, as a norm over the outputs, (N,): the error bound of 95 %;
@@ -77,7 +77,7 @@ class Judged:
     known: NDArray[np.bool_]
 
 
-def judge(surrogate: Surrogate, sequences: FloatArray, margins: Margins) -> list[Judged]:
+def judge(surrogate: Surrogate, sequences: FloatArray, margins: Margins) -> list[Reliability]:
     """Return the margins of predictions, and where the surrogate knows the inputs.
 
     Args:
@@ -86,12 +86,12 @@ def judge(surrogate: Surrogate, sequences: FloatArray, margins: Margins) -> list
         margins: what the margins are.
     """
     if surrogate.bound is not None:
-        found = surrogate.error_bounds_and_domain(sequences)
+        bounded = surrogate.error_bounds_and_domain(sequences)
         return [
-            Judged(
+            Reliability(
                 margins.factor * _norms(each), known if known.all() else _known(surrogate, inputs)
             )
-            for (each, known), inputs in zip(found, sequences, strict=True)
+            for (each, known), inputs in zip(bounded, sequences, strict=True)
         ]
     return [_estimated(surrogate, inputs, margins) for inputs in sequences]
 
@@ -109,13 +109,13 @@ def novelty_at_rest(surrogate: Surrogate, inputs: FloatArray) -> float:
     return float(surrogate.trust(inputs[None]).novelty[0])
 
 
-def _estimated(surrogate: Surrogate, inputs: FloatArray, margins: Margins) -> Judged:
+def _estimated(surrogate: Surrogate, inputs: FloatArray, margins: Margins) -> Reliability:
     """Judge a sequence, (N, n_inputs), without an error bound."""
     known = surrogate.inputs_in_range(inputs)
     if surrogate.estimates_errors:
         estimates = ESTIMATES * surrogate.estimate_error(inputs)
-        return Judged(margins.factor * _norms(estimates), known)
-    return Judged(np.full(len(inputs), margins.factor * margins.usual), known)
+        return Reliability(margins.factor * _norms(estimates), known)
+    return Reliability(np.full(len(inputs), margins.factor * margins.usual), known)
 
 
 def _norms(each: FloatArray) -> FloatArray:

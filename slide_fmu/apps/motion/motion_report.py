@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.apps.motion.coordinates import Coordinate
 from slide_fmu.apps.motion.move import Move, MoveFigures
-from slide_fmu.apps.motion.solve import Solved
+from slide_fmu.apps.motion.solve import MoveSolution
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
@@ -17,6 +17,7 @@ from slide_fmu.core.units import NO_UNIT, ratio
 from slide_fmu.core.web.charts import Chart, Line, Panel, colour_of
 from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
+from slide_fmu.report.trajectory_charts import panels_by_unit
 
 SMALLEST_SHOWN = 1e-3
 """Distances from rest are drawn down to this fraction of the tolerance."""
@@ -25,7 +26,7 @@ SHOWN_AFTER = 40
 """Number of samples in a chart after the end of the last move."""
 
 
-def motion_report(solved: Solved) -> Report:
+def motion_report(solved: MoveSolution) -> Report:
     """Return the report of a solved task."""
     figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
     move = figures.move
@@ -62,7 +63,7 @@ def motion_report(solved: Solved) -> Report:
     return Report(title, summary, figures, sections, verdict=Verdict(facts=_facts(solved)))
 
 
-def _facts(solved: Solved) -> list[Fact]:
+def _facts(solved: MoveSolution) -> list[Fact]:
     """Return the large numbers of a move: its time, what it saves, and what is left at its end."""
     figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
     move, true = figures.move, None if figures.reference is None else figures.reference.move
@@ -88,36 +89,36 @@ def _facts(solved: Solved) -> list[Fact]:
     return facts
 
 
-def remark_on_moves(solved: Solved) -> str | None:
+def remark_on_moves(solved: MoveSolution) -> str | None:
     """Say whether it is verified, whether a baseline is the answer, and what the domain excludes.
 
     It is None if an optimised move is the answer, without a reference model, and all moves lie in
     the domain.
     """
-    found, sentences, figures = solved.found, [], solved.figures()
+    optimised, sentences, figures = solved.optimised, [], solved.figures()
     if figures.reference is not None:
-        begin = f"Verified in {_rounds(found.rounds)}: by" if found.rounds else "By"
+        begin = f"Verified in {_rounds(optimised.rounds)}: by" if optimised.rounds else "By"
         true = figures.reference.move
         unit = solved.surrogate.outputs[0].unit
         sentences.append(
             f"{begin} the reference model, the move leaves {quantity(true.residual, unit)} of "
             f"{quantity(solved.task.tolerance, unit)} that are allowed."
         )
-        if found.rounds and found.move.known < 1:
+        if optimised.rounds and optimised.move.known < 1:
             sentences.append("It leaves the domain of the surrogate, where margins say nothing.")
-    if found.move.name in {move.name for move in found.baselines}:
+    if optimised.move.name in {move.name for move in optimised.baselines}:
         sentences.append(
-            f"No other move is better than a usual one: the answer is {found.move.name!r}."
+            f"No other move is better than a usual one: the answer is {optimised.move.name!r}."
         )
-    outside = ", ".join(move.name for move in found.baselines if move.known < 1)
-    if outside and not found.rounds:
+    outside = ", ".join(move.name for move in optimised.baselines if move.known < 1)
+    if outside and not optimised.rounds:
         sentences.append(
             f"These leave the domain of the surrogate, so they are no answer: {outside}."
         )
-    if found.slower > 1:
+    if optimised.slower > 1:
         sentences.append(
             "Moves as fast as the limits admit leave the domain; so all of them begin with "
-            f"{found.slower:g} times the time."
+            f"{optimised.slower:g} times the time."
         )
     return " ".join(sentences) or None
 
@@ -130,15 +131,15 @@ def _upper(title: str) -> str:
     return title[0].upper() + title[1:]
 
 
-def move_tables(solved: Solved) -> list[ReportTable]:
+def move_tables(solved: MoveSolution) -> list[ReportTable]:
     """Return tables of all moves: as predicted, and by the reference model if there is one."""
     figures, unit = solved.figures(), solved.surrogate.outputs[0].unit
-    found = [_move_table("moves, as predicted", [figures.move, *figures.baselines], unit)]
+    tables = [_move_table("moves, as predicted", [figures.move, *figures.baselines], unit)]
     if figures.reference is not None:
         moves = [figures.reference.move, *figures.reference.baselines]
         table = _move_table("the same moves, by the reference model", moves, unit)
-        found.append(table.columns("move", "arrives", SETTLED, RESIDUAL))
-    return found
+        tables.append(table.columns("move", "arrives", SETTLED, RESIDUAL))
+    return tables
 
 
 SETTLED, RESIDUAL = "settled", "distance from rest after it"
@@ -169,9 +170,9 @@ def limit_table(used: Mapping[str, float]) -> ReportTable:
     return ReportTable.of(("limit", "used"), rows)
 
 
-def _distances(solved: Solved) -> Chart:
+def _distances(solved: MoveSolution) -> Chart:
     """Draw the distance from rest over time, for some moves; dotted lines are their ends."""
-    response = solved.found.response
+    response = solved.optimised.response
     last = min(max(m.end for m in solved.moves) + SHOWN_AFTER, response.count)
     time, tolerance = response.output_time[:last], solved.task.tolerance
     least = SMALLEST_SHOWN * tolerance
@@ -190,7 +191,7 @@ def _distances(solved: Solved) -> Chart:
     return Chart("Distance from rest", [panel], marks=marks)
 
 
-def _drawn(solved: Solved) -> list[int]:
+def _drawn(solved: MoveSolution) -> list[int]:
     """Return the moves that are drawn: the answer, the fastest one, and the best shaper."""
     figures = solved.figures()
     settled = [math.inf if m.settled_s is None else m.settled_s for m in figures.baselines]
@@ -202,36 +203,26 @@ def _away(move: Move, least: float) -> FloatArray:
     return np.asarray(np.maximum(np.linalg.norm(move.outputs, axis=1), least))
 
 
-def _set_points(solved: Solved) -> Chart:
+def _set_points(solved: MoveSolution) -> Chart:
     """Draw the coordinates of the move, and their speeds."""
-    response, move = solved.found.response, solved.found.move
+    response, move = solved.optimised.response, solved.optimised.move
     rows = np.concatenate([response.start[None], move.motion[: move.end + 4]])
     time = response.step * np.arange(len(rows), dtype=np.float64)
     speeds = np.diff(rows, axis=0) / response.step
     panels = [
-        *panels_by_unit("set point", response.coordinates, time, rows),
-        *panels_by_unit("speed", response.coordinates, time[1:], speeds, over="s"),
+        *coordinate_panels("set point", response.coordinates, time, rows),
+        *coordinate_panels("speed", response.coordinates, time[1:], speeds, over="s"),
     ]
     return Chart("Set points", panels)
 
 
-def panels_by_unit(
+def coordinate_panels(
     title: str,
     coordinates: Sequence[Coordinate],
     time: FloatArray,
     values: FloatArray,
     over: str = NO_UNIT,
 ) -> list[Panel]:
-    """Draw values of coordinates, (N, n_coordinates), with one panel for each of their units.
-
-    ``over`` is a unit by which theirs are divided.
-    """
-    found = []
-    for unit in dict.fromkeys(c.unit for c in coordinates):
-        lines = [
-            Line(c.title, time, values[:, i], colour_of(i))
-            for i, c in enumerate(coordinates)
-            if c.unit == unit
-        ]
-        found.append(Panel(title, ratio(unit, over), lines))
-    return found
+    """Draw values of coordinates, (N, n_coordinates), as ``panels_by_unit`` does."""
+    names, units = [c.title for c in coordinates], [c.unit for c in coordinates]
+    return panels_by_unit(title, names, [ratio(unit, over) for unit in units], time, values)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.apps.motion.costs import Answers, Cost, largest, residual, settled
+from slide_fmu.apps.motion.costs import Cost, MoveResponses, largest, residual, settled
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import judge
 from slide_fmu.apps.motion.response import Response
@@ -44,7 +44,7 @@ class Move:
         outputs: predicted, relative to rest at the goal, (count, n_outputs).
         margin: largest expected error, as a norm, (count,).
         known: share of the samples that the surrogate knows, of the move and of the response
-            after it (``Judged``).
+            after it (``Reliability``).
     """
 
     name: str
@@ -67,8 +67,8 @@ class Move:
         """
         margin = self.margin if with_margin else np.zeros_like(self.margin)
         ends, time = np.array([self.end]), response.output_time
-        answers = Answers(self.outputs[None], margin[None], ends, time, tolerance)
-        return float(cost(answers)[0])
+        responses = MoveResponses(self.outputs[None], margin[None], ends, time, tolerance)
+        return float(cost(responses)[0])
 
     def trusted(self, cost: Cost, response: Response, tolerance: float) -> float:
         """Return a cost with the margin, as ``cost``; infinite if the move leaves the domain."""

@@ -26,11 +26,11 @@ def shares(
         times: their times in s, (B,).
         delays, parts: impulses of a shaper for each, in s and as shares of 1, (B, n).
     """
-    found = np.zeros((len(times), response.count))
+    sampled = np.zeros((len(times), response.count))
     for index in range(delays.shape[1]):
         past = response.time[None] - delays[:, index, None]
-        found += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
-    return found
+        sampled += parts[:, index, None] * profiles.way(np.maximum(past, 0.0) / times[:, None])
+    return sampled
 
 
 def shaped_shares(

@@ -11,7 +11,7 @@ import numpy as np
 from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import settled
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.solve import Solved, solve
+from slide_fmu.apps.motion.solve import MoveSolution, solve
 from slide_fmu.apps.motion.task import MoveTask, read_task
 
 AFTER = 0.3
@@ -63,15 +63,15 @@ class ShownMoves:
     moves: tuple[ShownMove, ...]
 
 
-def moves_of(solved: Solved) -> ShownMoves:
+def moves_of(solved: MoveSolution) -> ShownMoves:
     """Return the chosen move, the shaped baseline that settles first, and the unshaped one.
 
     The first time is the last one of rest. Moving inputs are known ahead: they are set one step
     before their time, and reached by the end of the step.
     """
-    response = solved.found.response
+    response = solved.optimised.response
     terms = settled, response, solved.task.tolerance
-    chosen, (plain, *shaped) = solved.moves[0], solved.found.baselines
+    chosen, (plain, *shaped) = solved.moves[0], solved.optimised.baselines
     shown = {chosen.name: chosen}
     if shaped:
         best = min(shaped, key=lambda move: move.cost(*terms))
@@ -92,18 +92,18 @@ def moves_of(solved: Solved) -> ShownMoves:
     return ShownMoves(tuple(time.tolist()), solved.task.tolerance, parameters, limits, moves)
 
 
-def _limits(solved: Solved) -> tuple[ShownLimits | None, ...]:
-    found: list[ShownLimits | None] = []
+def _limits(solved: MoveSolution) -> tuple[ShownLimits | None, ...]:
+    shown: list[ShownLimits | None] = []
     rows = zip(solved.limits.speed, solved.limits.acceleration, strict=True)
     for coordinate, (speed, acceleration) in zip(
         coordinates_of(solved.surrogate.inputs), rows, strict=True
     ):
         scale = 1.0 if coordinate.radius is None else float(np.rad2deg(1.0))
         limited = np.isfinite(speed) and np.isfinite(acceleration)
-        found.append(
+        shown.append(
             ShownLimits(scale * float(speed), scale * float(acceleration)) if limited else None
         )
-    return tuple(found)
+    return tuple(shown)
 
 
 def solved_moves(fmu: Path, task: Path) -> ShownMoves:

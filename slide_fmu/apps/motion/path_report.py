@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.apps.motion.motion_report import limit_table, panels_by_unit
-from slide_fmu.apps.motion.path_correction import Corrected, CorrectedFigures, PathErrors
+from slide_fmu.apps.motion.motion_report import coordinate_panels, limit_table
+from slide_fmu.apps.motion.path_correction import CorrectedFigures, PathErrors, PathSolution
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, quantity
 from slide_fmu.core.signals import FloatArray
@@ -14,13 +14,13 @@ from slide_fmu.report.html_report import Fact, Report, ReportSection, Verdict
 from slide_fmu.report.table import ReportTable
 
 
-def path_report(corrected: Corrected) -> Report:
+def path_report(corrected: PathSolution) -> Report:
     """Return the report of a corrected path."""
     figures = corrected.figures()
-    found, unit = figures.predicted, figures.unit
+    errors, unit = figures.predicted, figures.unit
     summary = (
-        f"The path is off by {quantity(found.rms_before, unit)} RMS as it is, and by "
-        f"{quantity(found.rms_after, unit)} with its corrections, as the surrogate predicts. "
+        f"The path is off by {quantity(errors.rms_before, unit)} RMS as it is, and by "
+        f"{quantity(errors.rms_after, unit)} with its corrections, as the surrogate predicts. "
         f"{_margin_words(figures)}"
     )
     text = (
@@ -51,7 +51,7 @@ def _margin_words(figures: CorrectedFigures) -> str:
     return f"It may be off by {margin} in that: {figures.margin_is}."
 
 
-def remark_on_path(corrected: Corrected) -> str | None:
+def remark_on_path(corrected: PathSolution) -> str | None:
     """Say which part of the corrected path the surrogate does not know; None if it knows all."""
     known = corrected.figures().known
     if known == 1.0:
@@ -62,16 +62,16 @@ def remark_on_path(corrected: Corrected) -> str | None:
     )
 
 
-def _facts(corrected: Corrected) -> list[Fact]:
+def _facts(corrected: PathSolution) -> list[Fact]:
     """Return the large numbers: the error before and after, by surrogate and reference."""
     figures = corrected.figures()
-    unit, found = figures.unit, figures.predicted
+    unit, errors = figures.unit, figures.predicted
     margin = "As the surrogate predicts."
     if figures.largest_margin > 0.0:
         margin = f"As the surrogate predicts, to within {quantity(figures.largest_margin, unit)}."
     facts = [
-        Fact("Before", quantity(found.rms_before, unit), "RMS error of the path as it is."),
-        Fact("After", quantity(found.rms_after, unit), margin),
+        Fact("Before", quantity(errors.rms_before, unit), "RMS error of the path as it is."),
+        Fact("After", quantity(errors.rms_after, unit), margin),
     ]
     if figures.reference is not None:
         after = quantity(figures.reference.rms_after, unit)
@@ -83,30 +83,35 @@ def _facts(corrected: Corrected) -> list[Fact]:
     return facts
 
 
-def path_table(corrected: Corrected) -> ReportTable:
+def path_table(corrected: PathSolution) -> ReportTable:
     """Return the errors before and after."""
     figures = corrected.figures()
-    found = ("surrogate", figures.predicted), ("reference model", figures.reference)
-    rows = ((n, *_cells(e, figures.unit)) for n, e in found if e is not None)
+    sources = ("surrogate", figures.predicted), ("reference model", figures.reference)
+    rows = ((n, *_cells(e, figures.unit)) for n, e in sources if e is not None)
     heading = "by", "RMS before", "RMS after", "largest before", "largest after", "less"
     return ReportTable.of(heading, rows, "errors")
 
 
-def _cells(found: PathErrors, unit: str) -> list[str]:
-    errors = found.rms_before, found.rms_after, found.largest_before, found.largest_after
-    less = found.times_less
+def _cells(errors: PathErrors, unit: str) -> list[str]:
+    distances = (
+        errors.rms_before,
+        errors.rms_after,
+        errors.largest_before,
+        errors.largest_after,
+    )
+    less = errors.times_less
     return [
-        *(quantity(error, unit) for error in errors),
+        *(quantity(distance, unit) for distance in distances),
         "all of it" if less is None else f"{decimal(less)} times",
     ]
 
 
-def _errors(corrected: Corrected) -> Chart:
+def _errors(corrected: PathSolution) -> Chart:
     """Draw the distance from the wished outputs over time, before and after."""
-    time, found = _time(corrected), corrected.found
+    time, compensated = _time(corrected), corrected.compensated
     courses = [
-        ("before, predicted", found.before, "truth", False),
-        ("after, predicted", found.after, "line", False),
+        ("before, predicted", compensated.before, "truth", False),
+        ("after, predicted", compensated.after, "line", False),
         ("before, reference model", corrected.true_before, "truth", True),
         ("after, reference model", corrected.true_after, "line", True),
     ]
@@ -127,14 +132,14 @@ def _distance(error: FloatArray) -> FloatArray:
     )  # the logarithm of zero does not exist
 
 
-def _corrections(corrected: Corrected) -> Chart:
-    time, found = _time(corrected), corrected.found
-    changes = found.motion - found.path
+def _corrections(corrected: PathSolution) -> Chart:
+    time, compensated = _time(corrected), corrected.compensated
+    changes = compensated.motion - compensated.path
     return Chart(
         "Corrections",
-        panels_by_unit("correction", found.predictor.coordinates, time, changes),
+        coordinate_panels("correction", compensated.predictor.coordinates, time, changes),
     )
 
 
-def _time(corrected: Corrected) -> FloatArray:
-    return np.asarray(corrected.surrogate.window.step * np.arange(len(corrected.found.path)))
+def _time(corrected: PathSolution) -> FloatArray:
+    return np.asarray(corrected.surrogate.window.step * np.arange(len(corrected.compensated.path)))

@@ -26,8 +26,8 @@ LOOKED_AT = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Past:
-    """A move goes Past points without resting there.
+class ViaPoints:
+    """ViaPoints are passed by a move without resting there.
 
     Attributes:
         points: coordinates, (n, n_coordinates), in their order.
@@ -48,7 +48,7 @@ class MoveProblem:
         limits: limits of every move.
         tolerance: distance of the outputs from rest that counts as settled, in their unit, as a
             norm over all outputs.
-        past: points to pass, if any.
+        via: points to pass, if any.
         slower: factor on the shortest time of profiles.
         margins: what the margins of predictions are.
         straight: whether coordinates stay on the line from start to goal, instead of having time
@@ -67,7 +67,7 @@ class MoveProblem:
     goal: FloatArray
     limits: Limits
     tolerance: float
-    past: Past | None = None
+    via: ViaPoints | None = None
     slower: float = 1.0
     margins: Margins = PLAIN
     straight: bool = False
@@ -88,9 +88,9 @@ class MoveProblem:
         coordinates, limits = coordinates_of(self.surrogate.inputs), self.limits
         points = [("start", self.start), ("goal", self.goal)]
         sizes = [(name, limit) for name, _, limit in limits.derivatives()]
-        if self.past is not None:
-            points += [(f"via {k}", point) for k, point in enumerate(self.past.points, start=1)]
-            sizes.append(("via_tolerance", self.past.near))
+        if self.via is not None:
+            points += [(f"via {k}", point) for k, point in enumerate(self.via.points, start=1)]
+            sizes.append(("via_tolerance", self.via.near))
         for name, values in points + sizes:
             if np.shape(values) != (len(coordinates),):
                 raise MotionError(
@@ -121,13 +121,13 @@ class MoveProblem:
     @cached_property
     def route(self) -> Route:
         """The route from the start to the goal."""
-        if self.past is None:
+        if self.via is None:
             free = np.full(len(self.start), np.inf)
             return Route(np.stack([self.start, self.goal]), free, free)
-        points = np.vstack([self.start, self.past.points, self.goal])
+        points = np.vstack([self.start, self.via.points, self.goal])
         speed, ranges = self.limits.speed, np.ptp(points, axis=0)
         pace = speed if np.isfinite(speed).all() else np.where(ranges > 0, ranges, np.inf)
-        return Route(points, self.past.near, pace)
+        return Route(points, self.via.near, pace)
 
     def admits(self, response: Response, motion: FloatArray) -> bool:
         """Return whether a motion, (count, n_coordinates), keeps limits and passes the points."""

@@ -7,7 +7,7 @@ import numpy as np
 from slide_fmu.apps.motion.costs import residual
 from slide_fmu.apps.motion.earliest_move import (
     OPTIMISED,
-    Found,
+    OptimisedMove,
     not_within,
     ringing_shapers,
     shaped_moves,
@@ -27,7 +27,7 @@ ROUNDS = 4
 """Largest number of plans that the reference model verifies."""
 
 
-def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) -> Found:
+def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) -> OptimisedMove:
     """Find the move of a given time with the least residual; below the margin it counts as zero.
 
     Args:
@@ -60,28 +60,28 @@ def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) 
 
     allowed = max(margin, LEAST * plain.cost(residual, response, problem.tolerance))
     begin = shaped_shares(response, profile, duration)
-    found, rounds, most = list(known), 0, 1 if problem.reference is None else ROUNDS
+    tried, rounds, most = list(known), 0, 1 if problem.reference is None else ROUNDS
     while rounds < most:
         progress(rounds, most)
         planned = shape(response, problem.limits, begin, plain.end, allowed)
         if planned is None or not problem.admits(response, planned.motion):
             break
         rounds += 1
-        found.insert(0, move := described(response, OPTIMISED, planned.motion, plain.end))
+        tried.insert(0, move := described(response, OPTIMISED, planned.motion, plain.end))
         if problem.reference is not None:
             if left(move) <= allowed:
                 break
             response = response.corrected(move.motion, move.outputs)
     progress(1, 1)
-    best = min(found, key=left)
+    best = min(tried, key=left)
     if problem.reference is None:
         rounds = 0
     elif left(best) > problem.tolerance:
-        raise MotionError(not_within(problem, len(found), left(best)))
+        raise MotionError(not_within(problem, len(tried), left(best)))
     if not np.isfinite(left(best)):
         raise MotionError(
             f"all moves of {duration:g} s that were tried leave the domain of the surrogate "
             f"({percent(1 - best.known)} of the samples); outside its error bound says "
             "nothing: give the motion more time, or move start or goal"
         )
-    return Found(response, best, tuple(known), rounds=rounds)
+    return OptimisedMove(response, best, tuple(known), rounds=rounds)

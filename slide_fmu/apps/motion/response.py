@@ -124,14 +124,13 @@ class Response:
 
     def corrected(self, motion: FloatArray, truth: FloatArray) -> Response:
         """Return the same response with what its outputs lack along a motion added to them."""
-        found = copy.copy(self)
-        found._correction = self._correction + truth - self.outputs(motion[None])[0]
-        return found
+        response = copy.copy(self)
+        response._correction = self._correction + truth - self.outputs(motion[None])[0]
+        return response
 
     def verified_by(self, reference: Reference | None) -> Response:
         """Return the response without corrections, and with another reference or none."""
-        found = Response(self.surrogate, self.route, self.samples, self.margins, reference)
-        return found
+        return Response(self.surrogate, self.route, self.samples, self.margins, reference)
 
     def missed(self, motion: FloatArray) -> float:
         """Return the largest miss of a point of its route, relative to the tolerance."""

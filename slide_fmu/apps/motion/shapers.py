@@ -76,26 +76,26 @@ def ringing_modes(response: FloatArray, step: float) -> list[Ringing]:
     poles = np.linalg.eigvals((u[:, :order] / root).T @ after @ (vt[:order].T / root))
     basis = poles[None] ** np.arange(len(scaled))[:, None]
     parts = np.linalg.lstsq(basis, scaled.astype(complex), rcond=None)[0]
-    found = []
+    modes = []
     for pole, part in zip(poles, parts, strict=True):
         rate = np.log(pole) / step
         if pole.imag <= 0 or rate.real >= 0 or -rate.real > MOST_DAMPED * abs(rate):
             continue
         alone = 2 * (basis[:, poles == pole] @ part[None]).real
         energy = float(np.sum(alone**2) / np.sum(scaled**2))
-        found.append(Ringing(abs(rate), -rate.real / abs(rate), energy))
-    return sorted(found, key=lambda mode: -mode.energy)
+        modes.append(Ringing(abs(rate), -rate.real / abs(rate), energy))
+    return sorted(modes, key=lambda mode: -mode.energy)
 
 
 def shapers(modes: list[Ringing]) -> list[Shaper]:
     """Return ZV and ZVD shapers for the strongest mode, and for the two strongest ones."""
-    found = []
+    chosen = []
     for count in range(1, min(2, len(modes)) + 1):
         on = "1 mode" if count == 1 else f"{count} modes"
         zv = [_zero_vibration(mode) for mode in modes[:count]]
-        found.append(_joined(f"ZV on {on}", zv))
-        found.append(_joined(f"ZVD on {on}", zv + zv))
-    return found
+        chosen.append(_joined(f"ZV on {on}", zv))
+        chosen.append(_joined(f"ZVD on {on}", zv + zv))
+    return chosen
 
 
 def _zero_vibration(mode: Ringing) -> Shaper:

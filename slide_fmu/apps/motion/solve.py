@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.apps.motion.choice import MoveFamily, choose
 from slide_fmu.apps.motion.coordinates import coordinates_of
 from slide_fmu.apps.motion.costs import COSTS
-from slide_fmu.apps.motion.earliest_move import Found, earliest
+from slide_fmu.apps.motion.earliest_move import OptimisedMove, earliest
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.margin import Margins, margins_of, what_margins_are
 from slide_fmu.apps.motion.move import Move, MoveFigures, described_all
@@ -24,10 +24,9 @@ from slide_fmu.apps.motion.set_points import MotionCurve, write_curve, write_inp
 from slide_fmu.apps.motion.task import MoveTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
 from slide_fmu.core.progress import Progress, Stages, quiet, quiet_stages
-from slide_fmu.core.search_path import make_models_importable
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import Provenance, read_fmu
-from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.measurement import released_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -64,18 +63,18 @@ class SolvedFigures(TrueMoves):
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
-    """Solved is a task with its answer.
+class MoveSolution:
+    """A MoveSolution is a task with its answer.
 
     Attributes:
-        task, problem, found: the task, its problem, and the result as the surrogate predicts it.
+        task, problem, optimised: the task, its problem, and the move as the surrogate predicts it.
         truths: outputs of the reference model relative to rest at the goal, (count, n_outputs),
             for the move and then the baselines; empty if not requested.
     """
 
     task: MoveTask
     problem: MoveProblem
-    found: Found
+    optimised: OptimisedMove
     truths: tuple[FloatArray, ...]
 
     @property
@@ -91,7 +90,7 @@ class Solved:
     @property
     def moves(self) -> tuple[Move, ...]:
         """The move, then the baselines."""
-        return (self.found.move, *self.found.baselines)
+        return (self.optimised.move, *self.optimised.baselines)
 
     def true_moves(self) -> list[Move]:
         """Return the same moves with outputs of the reference model, which have no margin."""
@@ -102,23 +101,23 @@ class Solved:
 
     def figures(self) -> SolvedFigures:
         """Return the figures."""
-        terms = self.found.response, self.limits, self.task.tolerance
+        terms = self.optimised.response, self.limits, self.task.tolerance
         true = [move.figures(*terms) for move in self.true_moves()]
         return SolvedFigures(
             fmu=self.surrogate.name,
             task=self.task,
             margin_is=what_margins_are(self.surrogate, self.problem.margins),
-            slower=self.found.slower,
-            rounds=self.found.rounds,
-            move=self.found.move.figures(*terms),
-            baselines=tuple(move.figures(*terms) for move in self.found.baselines),
+            slower=self.optimised.slower,
+            rounds=self.optimised.rounds,
+            move=self.optimised.move.figures(*terms),
+            baselines=tuple(move.figures(*terms) for move in self.optimised.baselines),
             reference=TrueMoves(move=true[0], baselines=tuple(true[1:])) if true else None,
         )
 
 
 def solve(
     fmu: Path, task: MoveTask, seed: int = 0, verify: bool = False, bar: Stages = quiet_stages
-) -> Solved:
+) -> MoveSolution:
     """Choose the motion of a task with an FMU.
 
     Args:
@@ -140,20 +139,22 @@ def solve(
     margins = margins_of(released, provenance, factor_of(task, provenance))
     problem = problem_of(released, task, margins)
     if not verify:
-        return Solved(task, problem, answer(problem, task, seed, bar("motions")), ())
-    simulated = reference_of(fmu, provenance, released, task.parameters, bar("reference model"))
+        return MoveSolution(task, problem, answer(problem, task, seed, bar("motions")), ())
+    simulated = reference_of(fmu, released, task.parameters, bar("reference model"))
     if task.kind != "choose":
-        found = answer(replace(problem, reference=simulated), task, seed, bar("motions"))
+        optimised = answer(replace(problem, reference=simulated), task, seed, bar("motions"))
     else:
-        found = answer(problem, task, seed, bar("motions"))
-    moves, response = (found.move, *found.baselines), found.response.verified_by(None)
+        optimised = answer(problem, task, seed, bar("motions"))
+    moves, response = (optimised.move, *optimised.baselines), optimised.response.verified_by(None)
     if task.kind == "choose":
-        true = found.response.verified_by(simulated)
-        return Solved(task, problem, found, tuple(true.truth(move.motion) for move in moves))
+        true = optimised.response.verified_by(simulated)
+        return MoveSolution(
+            task, problem, optimised, tuple(true.truth(move.motion) for move in moves)
+        )
     named = [(move.name, move.motion, move.end) for move in moves]
     move, *others = described_all(response, named)
-    found = replace(found, response=response, move=move, baselines=tuple(others))
-    return Solved(task, problem, found, tuple(move.outputs for move in moves))
+    optimised = replace(optimised, response=response, move=move, baselines=tuple(others))
+    return MoveSolution(task, problem, optimised, tuple(move.outputs for move in moves))
 
 
 def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MoveProblem:
@@ -165,13 +166,13 @@ def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MovePro
     surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
     points, limits = task.points(coordinates), limits_of(task.limits, coordinates)
-    past = task.past(coordinates)
+    via = task.via_points(coordinates)
     return MoveProblem(
         surrogate,
         *points,
         limits,
         task.tolerance,
-        past,
+        via,
         margins=margins,
         straight=task.straight,
     )
@@ -179,7 +180,7 @@ def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MovePro
 
 def answer(
     problem: MoveProblem, task: MoveTask, seed: int = 0, progress: Progress = quiet
-) -> Found:
+) -> OptimisedMove:
     """Choose the motion of a problem as its task asks; candidates are drawn with a seed.
 
     Raises:
@@ -209,19 +210,14 @@ def factor_of(task: MoveTask, provenance: Provenance | None) -> float:
 
 
 def reference_of(
-    fmu: Path,
-    provenance: Provenance | None,
-    released: Surrogate,
-    parameters: Mapping[str, float],
-    progress: Progress,
+    fmu: Path, released: Surrogate, parameters: Mapping[str, float], progress: Progress
 ) -> Reference:
     """Return a function that simulates the reference model of an FMU, and counts simulations.
 
     Raises:
         LoadError: the reference model is not installed here.
     """
-    make_models_importable(fmu)
-    system = reference_at(recipe_of_provenance(provenance, str(fmu)), released, parameters)
+    system = reference_at(released_case(fmu).recipe, released, parameters)
     done = 0
 
     def simulated(inputs: FloatArray) -> FloatArray:
@@ -250,12 +246,12 @@ def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, floa
     return case_of(recipe.at({**starts, **values})).reference
 
 
-def write_set_points(solved: Solved, path: Path, rate: float | None = None) -> str | None:
+def write_set_points(solved: MoveSolution, path: Path, rate: float | None = None) -> str | None:
     """Write the move as CSV, from the last sample of rest to the first one after; return a remark.
 
     Without a rate, rows are the inputs at the surrogate's step; else see ``write_curve``.
     """
-    surrogate, response, move = solved.surrogate, solved.found.response, solved.found.move
+    surrogate, response, move = solved.surrogate, solved.optimised.response, solved.optimised.move
     samples = np.concatenate([response.start[None], move.motion[: move.end + 1]])
     if rate is None:
         write_inputs(surrogate, response.coordinates, samples, path)

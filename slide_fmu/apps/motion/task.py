@@ -13,7 +13,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from slide_fmu.apps.motion.coordinates import Coordinate
 from slide_fmu.apps.motion.limits import Limits
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.problem import Past
+from slide_fmu.apps.motion.problem import ViaPoints
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import behind
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
@@ -89,7 +89,7 @@ class MoveTask(Table):
             _require_point(name, values, coordinates)
         return np.array(self.start), np.array(self.goal)
 
-    def past(self, coordinates: tuple[Coordinate, ...]) -> Past | None:
+    def via_points(self, coordinates: tuple[Coordinate, ...]) -> ViaPoints | None:
         """Return the points to pass, if there are some.
 
         Raises:
@@ -100,7 +100,7 @@ class MoveTask(Table):
         for index, values in enumerate(self.via, start=1):
             _require_point(f"via {index}", values, coordinates)
         _require_one_each("via_tolerance", self.via_tolerance, coordinates)
-        return Past(np.array(self.via), np.array(self.via_tolerance))
+        return ViaPoints(np.array(self.via), np.array(self.via_tolerance))
 
 
 class PathTask(Table):
@@ -145,14 +145,14 @@ def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits
     Raises:
         MotionError: there are limits, but not one for each coordinate.
     """
-    found = []
+    derivatives = []
     for name in ("speed", "acceleration", "jerk"):
         values = getattr(table, name)
         if values:
             _require_one_each(f"limits.{name}", values, coordinates)
-        found.append(np.array(values or [math.inf] * len(coordinates)))
+        derivatives.append(np.array(values or [math.inf] * len(coordinates)))
     low, high = (np.array([getattr(c, end) for c in coordinates]) for end in ("low", "high"))
-    return Limits(low, high, *found)
+    return Limits(low, high, *derivatives)
 
 
 def _require_point(

@@ -92,7 +92,7 @@ class PageFacts:
     usual: float | None
 
 
-def facts_of(surrogate: Surrogate, provenance: Provenance | None = None) -> PageFacts:
+def page_facts(surrogate: Surrogate, provenance: Provenance | None = None) -> PageFacts:
     """Return the facts about a surrogate for a page.
 
     Raises:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import jinja2
 
 from slide_fmu.apps.page.drawing import Drawing, checked_drawing, load_drawing
-from slide_fmu.apps.page.facts import PageFacts, facts_of, names_of
+from slide_fmu.apps.page.facts import PageFacts, names_of, page_facts
 from slide_fmu.core.figures import plain, spread
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.web.packing import packed, scripts, styles
@@ -106,7 +106,7 @@ def page_of(
     carried = service(EXAMPLE_RUN)
     run = None if carried is None else carried(fmu)
     files: dict[str, bytes] = {}
-    facts, trajectory = facts_of(surrogate, provenance), None
+    facts, trajectory = page_facts(surrogate, provenance), None
     if drawing is None:
         described = carried_drawing(surrogate, provenance)
     else:

@@ -10,7 +10,7 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.apps.motion import Limits, MotionError, compensate, coordinates_of
 from slide_fmu.apps.motion.compensation import chain_of_surrogate
-from slide_fmu.apps.motion.path import read_path
+from slide_fmu.apps.motion.path_correction import read_path
 from slide_fmu.core.signals import FloatArray
 from tests.refusals import refused
 

@@ -114,8 +114,8 @@ def test_an_answer_that_is_a_baseline_is_said_to_be_one(tmp_path: Path) -> None:
     table = {"kind": "earliest", "start": (0.0,), "goal": (2.0,), "tolerance": 2e-3}
     solved = solve(fmu, MoveTask.model_validate({**table, "limits": limits}))
     assert "No other move" not in str(remark_on_moves(solved))
-    found = replace(solved.found, move=solved.found.baselines[0])
-    assert "the answer is 'not shaped'" in str(remark_on_moves(replace(solved, found=found)))
+    found = replace(solved.optimised, move=solved.optimised.baselines[0])
+    assert "the answer is 'not shaped'" in str(remark_on_moves(replace(solved, optimised=found)))
 
 
 def test_quietest_move_of_a_time_that_leaves_the_domain_is_refused() -> None:

@@ -10,11 +10,11 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.apps.motion import (
-    Answers,
     Limits,
     MotionError,
     MoveFamily,
     MoveProblem,
+    MoveResponses,
     MoveTask,
     choose,
     coordinates_of,
@@ -26,7 +26,7 @@ from slide_fmu.apps.motion import (
     settled,
 )
 from slide_fmu.apps.motion.costs import Cost
-from slide_fmu.apps.motion.earliest_move import Found
+from slide_fmu.apps.motion.earliest_move import OptimisedMove
 from slide_fmu.apps.motion.move import Move
 from slide_fmu.apps.motion.solve import solve, write_set_points
 from slide_fmu.core.signals import FloatArray
@@ -67,13 +67,13 @@ def streamed(problem: MoveProblem, move: Move) -> FloatArray:
 
 
 @pytest.fixture(scope="module")
-def of_robot() -> Found:
+def of_robot() -> OptimisedMove:
     return earliest(robot_problem())
 
 
 @pytest.mark.extended
 def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_limits(
-    of_robot: Found,
+    of_robot: OptimisedMove,
 ) -> None:
     problem, found = robot_problem(), of_robot
     move, step = found.move, problem.surrogate.window.step
@@ -90,7 +90,9 @@ def test_earliest_move_of_the_robot_is_earlier_than_any_shaper_and_keeps_all_lim
 
 
 @pytest.mark.extended
-def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line(of_robot: Found) -> None:
+def test_joints_with_time_laws_of_their_own_are_earlier_than_on_a_line(
+    of_robot: OptimisedMove,
+) -> None:
     problem = robot_problem()
     own, line = of_robot, earliest(replace(problem, straight=True))
     assert own.move.end < line.move.end
@@ -173,7 +175,7 @@ def test_a_time_below_what_the_limits_need_is_refused() -> None:
 
 def cost_of(problem: MoveProblem, cost: Cost, move: Move) -> float:
     ends, time = np.array([move.end]), problem.surrogate.window.step * np.arange(len(move.motion))
-    told = Answers(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
+    told = MoveResponses(move.outputs[None], move.margin[None], ends, time, problem.tolerance)
     return float(cost(told)[0])
 
 
@@ -208,10 +210,10 @@ def test_costs_of_a_move_that_never_settles() -> None:
     outputs, time = np.zeros((2, 10, 1)), 0.1 * np.arange(1, 11)
     outputs[0, 6] = 1.0
     outputs[1, 9] = 1.0
-    told = Answers(outputs, np.zeros((2, 10)), np.array([3, 3]), time, 0.5)
+    told = MoveResponses(outputs, np.zeros((2, 10)), np.array([3, 3]), time, 0.5)
     np.testing.assert_allclose(settled(told), [0.8, np.inf])
     np.testing.assert_allclose(residual(told), [1.0, 1.0])
-    with_margin = Answers(outputs, np.full((2, 10), 0.25), np.array([8, 3]), time, 0.5)
+    with_margin = MoveResponses(outputs, np.full((2, 10), 0.25), np.array([8, 3]), time, 0.5)
     np.testing.assert_allclose(residual(with_margin), [0.25, 1.25])
     np.testing.assert_allclose(settled(with_margin), [0.9, np.inf])
 
@@ -242,14 +244,14 @@ def test_written_set_points_give_the_predicted_outputs_in_an_importer(
     assert write_set_points(solved, place) is None
     rows = np.loadtxt(place, delimiter=",", skiprows=1)
     # the last set points stay until the response has faded
-    step, count = solved.surrogate.window.step, solved.found.response.count
+    step, count = solved.surrogate.window.step, solved.optimised.response.count
     still = np.tile(rows[-1, 1:], (count, 1))
     inputs = np.concatenate([rows[:, 1:], still])[: count + 1]
     time = step * np.arange(len(inputs))
     outputs = slide.simulate(fmu, time, inputs)
-    move = solved.found.move
-    expected = move.outputs + solved.found.response.rest
-    at = np.round(solved.found.response.output_time / step).astype(int)
+    move = solved.optimised.move
+    expected = move.outputs + solved.optimised.response.rest
+    at = np.round(solved.optimised.response.output_time / step).astype(int)
     inside = at < len(time)
     scale = np.abs(expected).max()
     np.testing.assert_allclose(outputs[at[inside]], expected[inside], atol=2e-3 * scale)

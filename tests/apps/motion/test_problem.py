@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.motion import Limits, MotionError, MoveProblem, Past
+from slide_fmu.apps.motion import Limits, MotionError, MoveProblem, ViaPoints
 from tests.refusals import refused
 
 ROOT = Path(__file__).parents[3]
@@ -25,8 +25,8 @@ def duffing() -> slide.Surrogate:
         ({"start": np.zeros(2)}, r"start has the shape \(2,\); expected \(1,\), one number for"),
         ({"goal": np.array([np.nan])}, "goal is .*; expected finite numbers"),
         ({"tolerance": float("nan")}, "tolerance is .*; expected more than 0"),
-        ({"past": Past(np.array([300.0]), np.ones(1))}, r"via 1 has the shape \(\)"),
-        ({"past": Past(np.array([[300.0]]), np.zeros(1))}, "via_tolerance is .* more than 0"),
+        ({"via": ViaPoints(np.array([300.0]), np.ones(1))}, r"via 1 has the shape \(\)"),
+        ({"via": ViaPoints(np.array([[300.0]]), np.zeros(1))}, "via_tolerance is .* more than 0"),
     ],
 )
 def test_problems_of_other_numbers_are_refused(changes: dict[str, Any], message: str) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.apps.motion.limits import Limits
-from slide_fmu.apps.motion.profile import fastest, least_steps
+from slide_fmu.apps.motion.route import fastest, least_steps
 from slide_fmu.core.signals import FloatArray
 
 

@@ -14,7 +14,7 @@ from slide_fmu.apps.motion import (
     MotionError,
     MoveFamily,
     MoveProblem,
-    Past,
+    ViaPoints,
     choose,
     coordinates_of,
     earliest,
@@ -38,7 +38,9 @@ def robot_problem() -> MoveProblem:
     assert isinstance(task, MoveTask)
     joints = coordinates_of(surrogate.inputs)
     limits = limits_of(task.limits, joints)
-    return MoveProblem(surrogate, *task.points(joints), limits, task.tolerance, task.past(joints))
+    return MoveProblem(
+        surrogate, *task.points(joints), limits, task.tolerance, task.via_points(joints)
+    )
 
 
 def duffing_problem(*via: float, near: float = 60.0) -> MoveProblem:
@@ -46,8 +48,8 @@ def duffing_problem(*via: float, near: float = 60.0) -> MoveProblem:
     surrogate = slide.load(ROOT / "fmus" / "duffing" / "duffing.fmu")
     one = np.ones(1)
     limits = Limits(-1000 * one, 1000 * one, 4000 * one, np.inf * one, np.inf * one)
-    past = Past(np.array(via)[:, None], near * one)
-    return MoveProblem(surrogate, 0 * one, 600 * one, limits, 5e-3, past)
+    via = ViaPoints(np.array(via)[:, None], near * one)
+    return MoveProblem(surrogate, 0 * one, 600 * one, limits, 5e-3, via)
 
 
 def nearest(motion: FloatArray, point: FloatArray, near: FloatArray, parts: int) -> float:
@@ -58,11 +60,11 @@ def nearest(motion: FloatArray, point: FloatArray, near: FloatArray, parts: int)
 
 
 def require_passed(problem: MoveProblem, move: Move, parts: int = 50) -> None:
-    assert problem.past is not None
+    assert problem.via is not None
     step = problem.surrogate.window.step
     assert problem.limits.kept(problem.start, move.motion, step)
-    for point in problem.past.points:
-        assert nearest(move.motion, point, problem.past.near, parts) <= 1
+    for point in problem.via.points:
+        assert nearest(move.motion, point, problem.via.near, parts) <= 1
     np.testing.assert_allclose(move.motion[move.end :] - problem.goal, 0, atol=1e-12)
 
 
@@ -79,9 +81,9 @@ def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shap
     )
     assert mine < min(others)
     # straight, it would miss the point by far; it does not rest there either
-    straight = earliest(replace(problem, past=None)).move
-    assert problem.past is not None
-    point, near = problem.past.points[0], problem.past.near
+    straight = earliest(replace(problem, via=None)).move
+    assert problem.via is not None
+    point, near = problem.via.points[0], problem.via.near
     assert nearest(straight.motion, point, near, 50) > 3
     closest = int(np.argmin(np.abs(found.move.motion - point).max(axis=1)))
     speed = np.abs(np.diff(found.move.motion, axis=0))[closest - 2 : closest + 2].max()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
-from slide_fmu.apps.page.facts import facts_of
+from slide_fmu.apps.page.facts import page_facts
 from slide_fmu.core.figures import plain
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.build import BINARIES, PAGE_LIBRARY
@@ -24,7 +24,7 @@ CONFIDENCE = 0.95
 
 def task_of(surrogate: Surrogate, experiment: Experiment, folder: Path) -> dict[str, Any]:
     """Return what Node is asked to run: the experiment, each row held until the next."""
-    facts = facts_of(surrogate)
+    facts = page_facts(surrogate)
     path = folder / "surrogate.slide"
     path.write_bytes(surrogate.to_bytes())
     inputs = [experiment.inputs[signal.name] for signal in facts.inputs]

@@ -13,7 +13,7 @@ import pytest
 
 from mbs_models.pictures.page_drawings import DEVIATION_SCALE, robot
 from slide_fmu.apps.page.drawing import DrawingError, checked_drawing
-from slide_fmu.apps.page.facts import facts_of, names_of
+from slide_fmu.apps.page.facts import names_of, page_facts
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.core.figures import plain
 from slide_fmu.fmu.export import read_fmu
@@ -31,7 +31,7 @@ def _drawn(cases: Sequence[dict[str, Any]], folder: Path) -> list[dict[str, Any]
     surrogate, _ = read_fmu(ROBOT)
     drawing = checked_drawing(robot(), names_of(surrogate), "robot").plain()
     task = folder / "task.json"
-    facts = plain(facts_of(surrogate))
+    facts = plain(page_facts(surrogate))
     task.write_text(json.dumps({"drawing": drawing, "facts": facts, "cases": cases}))
     command = [node(), str(RUNNER), str(task)]
     result = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANGS)

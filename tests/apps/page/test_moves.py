@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 from slide_fmu.apps.motion.page_moves import moves_of, solved_moves
 from slide_fmu.apps.motion.predictor import MotionError
-from slide_fmu.apps.motion.solve import Solved, solve
+from slide_fmu.apps.motion.solve import MoveSolution, solve
 from slide_fmu.apps.motion.task import MoveTask
-from slide_fmu.apps.page.facts import facts_of
+from slide_fmu.apps.page.facts import page_facts
 from slide_fmu.apps.page.page import write_page
 from slide_fmu.cli.app import app
 from slide_fmu.core.figures import plain
@@ -32,18 +32,18 @@ TASK = 'kind = "earliest"\nstart = [0.0]\ngoal = [600.0]\ntolerance = 2e-3\n'
 
 
 @pytest.fixture(scope="module")
-def solved() -> Solved:
+def solved() -> MoveSolution:
     task = MoveTask(kind="earliest", start=(0.0,), goal=(600.0,), tolerance=2e-3)
     return solve(DUFFING, task)
 
 
 @pytest.fixture(scope="module")
-def page(solved: Solved, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(solved: MoveSolution, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("moves") / "moves.html"
     return write_page(DUFFING, path, None, OSCILLATOR, plain(moves_of(solved)))
 
 
-def _settled(solved: Solved) -> list[float]:
+def _settled(solved: MoveSolution) -> list[float]:
     figures = solved.figures()
     shaped = min(row.settled_with_margin_s or math.inf for row in figures.baselines[1:])
     times = [
@@ -54,7 +54,7 @@ def _settled(solved: Solved) -> list[float]:
     return [time for time in times if time is not None]
 
 
-def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: Solved) -> None:
+def test_moves_go_from_rest_at_the_start_to_rest_at_the_goal(solved: MoveSolution) -> None:
     found = moves_of(solved)
     names = [move.name for move in found.moves]
     assert names == ["optimised", "ZVD on 2 modes", "fastest profile"]
@@ -75,8 +75,8 @@ def test_inputs_of_a_move_are_known_and_moving_ones_are_set_one_step_ahead(tmp_p
     task.write_text(turn + limits, encoding="utf-8")
     found, surrogate = solved_moves(CRANK, task), read_fmu(CRANK)[0]
     assert found.time[:2] == (-surrogate.window.step, 0.0)
-    assert facts_of(surrogate).known == 12_000_000
-    assert facts_of(read_fmu(DUFFING)[0]).known == 23_000_000
+    assert page_facts(surrogate).known == 12_000_000
+    assert page_facts(read_fmu(DUFFING)[0]).known == 23_000_000
 
 
 def test_task_of_a_path_has_no_moves(tmp_path: Path) -> None:
@@ -109,7 +109,7 @@ def test_page_subcommand_carries_the_move_of_a_task(tmp_path: Path) -> None:
 
 @pytest.mark.extended
 def test_page_finds_the_times_that_the_search_found(
-    chromium: Browser, solved: Solved, page: Path
+    chromium: Browser, solved: MoveSolution, page: Path
 ) -> None:
     chromium.resize(1400, 900)
     chromium.open(page)
@@ -125,7 +125,7 @@ def test_page_finds_the_times_that_the_search_found(
 
 @pytest.mark.extended
 def test_page_of_a_move_that_settles_later_says_so(
-    chromium: Browser, solved: Solved, tmp_path: Path
+    chromium: Browser, solved: MoveSolution, tmp_path: Path
 ) -> None:
     moves = plain(moves_of(solved))
     for names, words in (

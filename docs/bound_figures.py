@@ -39,9 +39,9 @@ def simulated() -> Series:
     return {
         "time": step * (np.arange(len(force)) + 1 - COUNT),
         "error": np.abs(surrogate.predict_newest(force) - true)[:, 0],
-        "bound": surrogate.error_bounds(force, 0.95)[:, 0],
-        "disagreement": (trust.disagreement * surrogate.output_scaling.scale)[:, 0],
-        "trusted": surrogate.trusted(force),
+        "bound": trust.bounds()[:, 0],
+        "disagreement": (trust.local.disagreement * surrogate.output_scaling.scale)[:, 0],
+        "trusted": trust.trusted(),
     }
 
 

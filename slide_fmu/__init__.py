@@ -14,6 +14,8 @@ that ``import slide_fmu`` is quick and loads neither torch nor exudyn.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from slide_fmu.core.version import __version__
+
 if TYPE_CHECKING:
     from slide_fmu.cli.python_calls import RunResult, export, learn, run, validate
     from slide_fmu.core.parameters import Parameter
@@ -49,8 +51,6 @@ if TYPE_CHECKING:
     from slide_fmu.systems.function.integration import Solver
     from slide_fmu.systems.function.record import RecordSystem
     from slide_fmu.systems.function.system import FunctionSystem
-
-__version__ = "0.7.0.dev0"
 
 __all__ = [
     "CoSimulationError",

@@ -23,7 +23,7 @@ class Observations:
     Attributes:
         statistics: shape (n_trajectories, N, n_statistics).
         watched: shape (n_trajectories, N, n_watched).
-        disagreement: of ``Trust``, shape (n_trajectories, N, n_outputs).
+        disagreement: of ``LocalErrors``, shape (n_trajectories, N, n_outputs).
         errors: absolute errors, relative to the outputs' scales,
             (n_trajectories, N, n_outputs).
     """

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from slide_fmu import __version__
 from slide_fmu.cli.console import (
     INTERRUPTED,
     KILLED,
@@ -22,6 +21,7 @@ from slide_fmu.cli.console import (
 )
 from slide_fmu.cli.fmu_commands import check, export, info, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
+from slide_fmu.core.version import __version__
 from slide_fmu.pipeline.apps import subcommands_of_apps
 from slide_fmu.report.table import ENDLESS
 

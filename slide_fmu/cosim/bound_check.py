@@ -35,12 +35,13 @@ def bound_problems(
     """
     if surrogate.bound is None:
         return
-    bounds = zip(bound_names(surrogate), surrogate.error_bounds(inputs).T, strict=True)
+    trust = surrogate.trust(inputs)
+    bounds = zip(bound_names(surrogate), trust.bounds().T, strict=True)
     expected = {
         **dict(bounds),
-        NOVELTY: surrogate.trust(inputs).novelty,
-        IN_DOMAIN: surrogate.in_domain(inputs).astype(np.float64),
-        TRUSTED: surrogate.trusted(inputs).astype(np.float64),
+        NOVELTY: trust.novelty,
+        IN_DOMAIN: trust.in_domain.astype(np.float64),
+        TRUSTED: trust.trusted().astype(np.float64),
     }
     for name, (found, allowed) in bound_deviations(surrogate, native, expected).items():
         if not found <= allowed:

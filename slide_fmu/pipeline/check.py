@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slide_fmu.core.figures import spread
-from slide_fmu.core.version import other_writer, own_version
+from slide_fmu.core.version import __version__, other_writer
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import BINARIES, archive_problems, hash_problems
 from slide_fmu.cosim.check import check_fmu, fmi_version, runs_here, steps_of_check
@@ -87,7 +87,7 @@ def left_out(provenance: Provenance | None, repeatable: bool) -> tuple[str, ...]
     writer = other_writer(provenance)
     words = (
         f"the words of model card and credentials: version {writer} of slide-fmu wrote them, and "
-        f"this is {own_version()}"
+        f"this is {__version__}"
     )
     again = "whether its outputs can be repeated (--run)"
     return (*[words] * (writer is not None), *[again] * repeatable)

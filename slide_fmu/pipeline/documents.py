@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slide_fmu.core.version import WRITTEN_BY, own_version
+from slide_fmu.core.version import WRITTEN_BY, __version__
 from slide_fmu.fmu.export import DOCUMENTATION, EXTRA, export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
@@ -42,7 +42,7 @@ def write_release(
         path,
         fmi=fmi,
         sources=sources,
-        provenance={**release.provenance, WRITTEN_BY: own_version()},
+        provenance={**release.provenance, WRITTEN_BY: __version__},
         documentation=folders[DOCUMENTATION],
         extra=folders[EXTRA],
     )

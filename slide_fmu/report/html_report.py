@@ -13,7 +13,7 @@ import jinja2
 
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
-from slide_fmu.core.version import own_version
+from slide_fmu.core.version import __version__
 from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, described
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
@@ -123,7 +123,7 @@ class Report:
             report=self,
             sections=sections,
             drawn=bool(charts),
-            version=own_version(),
+            version=__version__,
             date=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),

@@ -63,7 +63,7 @@ def statistics_of(
 
     Returns:
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
-        ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``Trust``.
+        ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``LocalErrors``.
     """
     companion, estimator = networks
     features = companion.features.along(scaled)

@@ -52,8 +52,8 @@ MOST_NOVELTY = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Trust:
-    """A Trust holds the results of an error bound along a sequence of N samples.
+class LocalErrors:
+    """LocalErrors are what an error bound evaluates along a sequence of N samples.
 
     Attributes:
         scales: local scale of the error, relative to the output's scale, shape (N, n_outputs).
@@ -136,11 +136,11 @@ class ErrorBound:
         n_watched = self._n_seen + 2 * n_outputs
         n_statistics = statistics_count(self._n_seen, n_outputs, self.estimator is not None)
         head = self.head
-        found = (head.n_channels, head.n_samples, head.features.n_signals, head.n_values)
+        sizes = (head.n_channels, head.n_samples, head.features.n_signals, head.n_values)
         expected = (n_statistics, 1, n_statistics, values_count(n_outputs, self.span is not None))
-        if found != expected or head.features.features.n_before > 0:
+        if sizes != expected or head.features.features.n_before > 0:
             raise ValueError(
-                f"head of an error bound with channels, samples, features and values {found}; "
+                f"head of an error bound with channels, samples, features and values {sizes}; "
                 f"expected {expected}, the statistics themselves"
             )
         self._check_numbers("factors", self.factors, (len(CONFIDENCES), n_outputs))
@@ -235,7 +235,7 @@ class ErrorBound:
         smaller = FeedForward(layers, head.n_samples, head.features, ages=head.ages)
         return dataclasses.replace(self, head=smaller, span=None)
 
-    def along(self, scaled: FloatArray, predicted: FloatArray) -> list[Trust]:
+    def along(self, scaled: FloatArray, predicted: FloatArray) -> list[LocalErrors]:
         """Evaluate along B sequences; each counts as constant before its first input.
 
         Args:
@@ -247,13 +247,15 @@ class ErrorBound:
             statistics = not_quieter(statistics, self.quietest)
             samples = statistics.reshape(-1, 1, statistics.shape[-1])
             exponents = self.head.evaluate(samples).astype(np.float64)
-            found = local_scales(exponents).reshape(*predicted.shape[:-1], -1)
+            values = local_scales(exponents).reshape(*predicted.shape[:-1], -1)
             novelty = np.sqrt((watched / self.limits).max(axis=-1))
         novelty = np.where(novelty <= MOST_NOVELTY, novelty, MOST_NOVELTY)
         n_outputs = predicted.shape[-1]
         return [
-            Trust(both[:, :n_outputs], apart, new, both[:, n_outputs:] if self.span else None)
-            for both, apart, new in zip(found, disagreement, novelty, strict=True)
+            LocalErrors(
+                both[:, :n_outputs], apart, new, both[:, n_outputs:] if self.span else None
+            )
+            for both, apart, new in zip(values, disagreement, novelty, strict=True)
         ]
 
     def statistics(
@@ -273,7 +275,7 @@ class ErrorBound:
         Scaled inputs (B, N, n_inputs) and scaled outputs (B, N, n_outputs) give (B, N, n_outputs).
         """
         assert self.span is not None
-        rms = [trust.rms for trust in self.along(scaled, predicted) if trust.rms is not None]
+        rms = [local.rms for local in self.along(scaled, predicted) if local.rms is not None]
         return self.span.along(np.stack(rms) ** 2)
 
     def factors_at(self, confidence: float) -> FloatArray:
@@ -290,7 +292,7 @@ class ErrorBound:
             )
         return np.asarray(self.factors[np.searchsorted(CONFIDENCES, confidence)])
 
-    def bounds(self, trust: Trust, confidence: float) -> FloatArray:
+    def bounds(self, local: LocalErrors, confidence: float) -> FloatArray:
         """Return bounds, relative to the outputs' scales, (N, n_outputs).
 
         They are the scales times the factors, with floors (``floored``). Outside of the domain,
@@ -300,10 +302,10 @@ class ErrorBound:
         Raises:
             ValueError: as for ``factors_at``.
         """
-        bounds = self.factors_at(confidence) * trust.scales
+        bounds = self.factors_at(confidence) * local.scales
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
-        known = np.where(np.isfinite(trust.disagreement), trust.disagreement, largest)
-        far = np.clip(trust.novelty, 1.0, MOST_FAR)[:, None]
+        known = np.where(np.isfinite(local.disagreement), local.disagreement, largest)
+        far = np.clip(local.novelty, 1.0, MOST_FAR)[:, None]
         return floored(bounds, self.floors, far * self.shares * known)
 
 

@@ -75,7 +75,7 @@ import json
 import struct
 import zlib
 from collections.abc import Callable
-from typing import IO, TYPE_CHECKING, TypedDict, TypeVar
+from typing import IO, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +84,7 @@ from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.core.window import Window
+from slide_fmu.network.base import Network
 from slide_fmu.network.bytes import decode_network, encode_network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
@@ -93,6 +94,7 @@ from slide_fmu.surrogate.bound_payload import (
     encode_bound,
     encode_span,
 )
+from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import MAX_CANDIDATES, MAX_PAST, InputForecast
 from slide_fmu.surrogate.parameter_payload import (
@@ -100,11 +102,6 @@ from slide_fmu.surrogate.parameter_payload import (
     encode_parameters,
     parameter_row,
 )
-
-if TYPE_CHECKING:
-    from slide_fmu.network.base import Network
-    from slide_fmu.surrogate.error_bound import ErrorBound
-    from slide_fmu.surrogate.surrogate import Surrogate
 
 Made = TypeVar("Made")
 
@@ -127,30 +124,47 @@ class PayloadError(ValueError):
     """A surrogate file is damaged, of another version, or not a surrogate file."""
 
 
-def encode(surrogate: Surrogate) -> bytes:
+class SurrogateFields(TypedDict):
+    """SurrogateFields are the fields of a ``Surrogate``, as its file has them."""
+
+    name: str
+    window: Window
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    input_scaling: Affine
+    output_scaling: Affine
+    network: Network
+    estimator: ErrorEstimator | None
+    forecast: InputForecast | None
+    bound: ErrorBound | None
+    output_ranges: FloatArray | None
+
+
+def encode(fields: SurrogateFields) -> bytes:
     """Write the bytes of a surrogate file; the same surrogate gives the same bytes."""
-    window, network, bound = surrogate.window, surrogate.network, surrogate.bound
-    inputs, outputs = surrogate.inputs, surrogate.outputs
+    window, network, scaling = fields["window"], fields["network"], fields["output_scaling"]
+    inputs, outputs = fields["inputs"], fields["outputs"]
+    estimator, bound = fields["estimator"], fields["bound"]
+    forecast, ranges = fields["forecast"], fields["output_ranges"]
     sizes = window.n_in, window.n_out, len(inputs), len(outputs)
-    scaling = surrogate.output_scaling
     polynomial = network.polynomial if isinstance(network, StateSpace) else None
     body = MAGIC + struct.pack("<I", VERSION)
     body += _section(b"WIND", struct.pack("<dIIII", window.step, *sizes))
-    body += _section(b"SCIN", _input_rows(inputs, surrogate.input_scaling))
+    body += _section(b"SCIN", _input_rows(inputs, fields["input_scaling"]))
     body += _section(b"SCOU", _f64(np.stack([scaling.offset, scaling.scale], 1)))
     body += _section(b"PRED", encode_network(network))
     if polynomial is not None:
         body += _section(b"PARA", encode_parameters(polynomial))
-    if surrogate.estimator is not None:
-        body += _section(b"ESTI", _encode_estimator(surrogate.estimator))
+    if estimator is not None:
+        body += _section(b"ESTI", _encode_estimator(estimator))
     if bound is not None:
         body += _bound_sections(bound)
-    if surrogate.forecast is not None:
-        body += _section(b"MOVE", _encode_forecast(surrogate.forecast))
-    if surrogate.output_ranges is not None:
-        body += _section(b"RANG", _f64(surrogate.output_ranges))
+    if forecast is not None:
+        body += _section(b"MOVE", _encode_forecast(forecast))
+    if ranges is not None:
+        body += _section(b"RANG", _f64(ranges))
     metadata = {
-        "name": surrogate.name,
+        "name": fields["name"],
         "inputs": [_row(signal) for signal in inputs],
         "outputs": [_row(signal) for signal in outputs],
     }
@@ -163,16 +177,16 @@ def encode(surrogate: Surrogate) -> bytes:
 
 def _bound_sections(bound: ErrorBound) -> bytes:
     """Return the section BOUN, and those that may follow it."""
-    found = _section(b"BOUN", encode_bound(bound))
+    sections = _section(b"BOUN", encode_bound(bound))
     if bound.span is not None:
-        found += _section(b"SPAN", encode_span(bound.span))
-    return found
+        sections += _section(b"SPAN", encode_span(bound.span))
+    return sections
 
 
 def decode(data: bytes, make: Callable[..., Made]) -> Made:
     """Read the bytes of a surrogate file.
 
-    ``make`` builds the result from the fields of ``Surrogate``, by name, and checks that they fit
+    ``make`` builds the result from ``SurrogateFields``, by name, and checks that they fit
     together: it is ``Surrogate`` itself.
 
     Raises:
@@ -260,29 +274,12 @@ def _input_rows(inputs: tuple[Signal, ...], scaling: Affine) -> bytes:
     return np.array(rows, INPUT_ROW).tobytes()
 
 
-class Fields(TypedDict, total=False):
-    """Fields are the fields of ``Surrogate``, without those that have no value."""
-
-    name: str
-    window: Window
-    inputs: tuple[Signal, ...]
-    outputs: tuple[Signal, ...]
-    input_scaling: Affine
-    output_scaling: Affine
-    network: Network
-    estimator: ErrorEstimator | None
-    forecast: InputForecast
-    bound: ErrorBound
-    output_ranges: FloatArray
-
-
-def _decode_sections(reader: Reader) -> Fields:
-    """Read the fields of ``Surrogate``, by name."""
+def _decode_sections(reader: Reader) -> SurrogateFields:
     section = reader.section(b"WIND")
     step = float(section.f64(1)[0])
     n_in, n_out, n_inputs, n_outputs = (section.u32() for _ in range(4))
     section.done()
-    fields: Fields = {"window": Window(step, n_in, n_out)}
+    window = Window(step, n_in, n_out)
     if n_inputs < 1 or n_outputs < 1:
         raise ValueError(f"n_inputs {n_inputs}, n_outputs {n_outputs}; expected some of both")
     section = reader.section(b"SCIN")
@@ -291,31 +288,40 @@ def _decode_sections(reader: Reader) -> Fields:
     for column, words in (("hold", HOLDS), ("angle", ANGLES)):
         if rows[column].max() >= len(words):
             raise ValueError(f"{column} {rows[column].max()}; expected less than {len(words)}")
-    fields["input_scaling"] = Affine(rows["offset"].copy(), rows["scale"].copy())
     section = reader.section(b"SCOU")
-    fields["output_scaling"] = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
+    output_scaling = Affine(*section.f64(2 * n_outputs).reshape(n_outputs, 2).T.copy())
     section.done()
     section = reader.section(b"PRED")
     network = decode_network(section, n_inputs)
     section.done()
     terms = reader.section(b"PARA") if _is_next(reader, b"PARA") else None
-    estimator = None
+    estimator = bound = forecast = output_ranges = None
     if _is_next(reader, b"ESTI"):
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
-        fields["estimator"] = estimator
     if _is_next(reader, b"BOUN"):
-        fields["bound"] = _decode_bound(reader, (n_inputs, n_outputs), estimator)
+        bound = _decode_bound(reader, (n_inputs, n_outputs), estimator)
     if _is_next(reader, b"MOVE"):
-        fields["forecast"] = _decode_forecast(reader.section(b"MOVE"), n_inputs)
+        forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):
         section = reader.section(b"RANG")
-        fields["output_ranges"] = section.f64(2 * n_outputs).reshape(n_outputs, 2).copy()
+        output_ranges = section.f64(2 * n_outputs).reshape(n_outputs, 2).copy()
         section.done()
     section = reader.section(b"META")
     text = section.take(len(section.data)).decode("utf-8").rstrip(" ")
-    fields |= _described(text, rows)
-    fields["network"] = network if terms is None else decode_parameters(terms, network, text)
-    return fields
+    name, inputs, outputs = _described(text, rows)
+    return {
+        "name": name,
+        "window": window,
+        "inputs": inputs,
+        "outputs": outputs,
+        "input_scaling": Affine(rows["offset"].copy(), rows["scale"].copy()),
+        "output_scaling": output_scaling,
+        "network": network if terms is None else decode_parameters(terms, network, text),
+        "estimator": estimator,
+        "forecast": forecast,
+        "bound": bound,
+        "output_ranges": output_ranges,
+    }
 
 
 def _decode_bound(
@@ -332,7 +338,9 @@ def _is_next(reader: Reader, tag: bytes) -> bool:
     return reader.data[reader.position : reader.position + 4] == tag
 
 
-def _described(text: str, rows: NDArray[np.void]) -> Fields:
+def _described(
+    text: str, rows: NDArray[np.void]
+) -> tuple[str, tuple[Signal, ...], tuple[Signal, ...]]:
     """Return the name and the signals, from META and from the rows of the inputs."""
     try:
         metadata = json.loads(text)
@@ -353,7 +361,7 @@ def _described(text: str, rows: NDArray[np.void]) -> Fields:
         raise ValueError(
             f"by its metadata, inputs start at {starts}; expected {rows['start'].tolist()}"
         )
-    return {"name": name, "inputs": inputs, "outputs": outputs}
+    return name, inputs, outputs
 
 
 def _encode_estimator(estimator: ErrorEstimator) -> bytes:

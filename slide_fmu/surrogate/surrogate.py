@@ -29,10 +29,11 @@ from slide_fmu.surrogate.checks import (
     inside_throughout,
 )
 from slide_fmu.surrogate.description import SurrogateDescription
-from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE, ErrorBound, Trust
+from slide_fmu.surrogate.error_bound import ErrorBound
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.payload import decode, encode
+from slide_fmu.surrogate.trust import Trust
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,7 +341,7 @@ class Surrogate:
         return np.asarray(relative * self.output_scaling.scale)
 
     def trust(self, inputs: NDArray[Any]) -> Trust:
-        """Return local error scale, disagreement and novelty of every sample.
+        """Evaluate the error bound: bounds, domain and trust of every sample.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
@@ -350,6 +351,15 @@ class Surrogate:
         """
         bound = self._required_bound()
         return self._trusts(bound, checked_inputs(inputs, self.inputs)[None])[0]
+
+    def trust_batch(self, sequences: NDArray[Any]) -> list[Trust]:
+        """Evaluate the error bound along B sequences of the same length, (B, N, n_inputs).
+
+        Raises:
+            ValueError: as for ``trust``.
+        """
+        bound = self._required_bound()
+        return self._trusts(bound, checked_inputs(sequences, self.inputs, "sequences, "))
 
     def _required_bound(self) -> ErrorBound:
         if self.bound is None:
@@ -361,66 +371,27 @@ class Surrogate:
 
     def _trusts(self, bound: ErrorBound, sequences: FloatArray) -> list[Trust]:
         scaled = self.input_scaling.apply(sequences)
-        return bound.along(scaled, self.network.stream(scaled).astype(np.float64))
+        predicted = self.network.stream(scaled).astype(np.float64)
+        return [
+            Trust(
+                bound,
+                self.output_scaling.scale,
+                local,
+                (local.novelty <= 1) & self._in_range(inputs),
+                self._known_outputs(outputs),
+            )
+            for local, inputs, outputs in zip(
+                bound.along(scaled, predicted), scaled, predicted, strict=True
+            )
+        ]
 
-    def error_bounds(
-        self, inputs: NDArray[Any], confidence: float = USUAL_CONFIDENCE
-    ) -> FloatArray:
-        """Return the bound of each sample's error, with a confidence of 0.9 to 0.99.
+    def _in_range(self, scaled: FloatArray) -> NDArray[np.bool_]:
+        return inside_throughout(in_ranges(self.inputs, scaled), self.network.memory_length)
 
-        Args:
-            inputs: as for ``trust``.
-            confidence: the share of samples that is covered on average, in a trajectory of the
-                calibrated kinds; it is raised to the next calibrated confidence.
-
-        Returns:
-            Bounds at samples 1 .. N, shape (N, n_outputs), in the outputs' units.
-
-        Raises:
-            ValueError: as for ``trust``, or a confidence that is not calibrated.
-        """
-        return self._bounds(self.trust(inputs), inputs, confidence)[0]
-
-    def error_bounds_and_domain(
-        self, sequences: NDArray[Any]
-    ) -> list[tuple[FloatArray, NDArray[np.bool_]]]:
-        """Return ``error_bounds`` and ``in_domain`` of B sequences in one evaluation.
-
-        The confidence is ``USUAL_CONFIDENCE``.
-
-        Args:
-            sequences: inputs as for ``trust``, with the sequences as first axis: shape (B, N,
-                n_inputs).
-
-        Returns:
-            Bounds (N, n_outputs), and the samples that are in the domain, (N,), of each sequence.
-
-        Raises:
-            ValueError: as for ``error_bounds``.
-        """
-        bound = self._required_bound()
-        checked = checked_inputs(sequences, self.inputs, "sequences, ")
-        trusts = zip(self._trusts(bound, checked), checked, strict=True)
-        return [self._bounds(trust, one, USUAL_CONFIDENCE) for trust, one in trusts]
-
-    def _bounds(
-        self, trust: Trust, inputs: NDArray[Any], confidence: float
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        bounds = self._required_bound().bounds(trust, confidence)
-        return bounds * self.output_scaling.scale, self._known(trust, inputs)
-
-    def in_domain(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        """Return at which samples the surrogate knows such inputs: (N, n_inputs) to (N,).
-
-        There the novelty is at most 1, and the inputs lie in their ranges (``inputs_in_range``).
-
-        Raises:
-            ValueError: as for ``trust``.
-        """
-        return self._known(self.trust(inputs), inputs)
-
-    def _known(self, trust: Trust, inputs: NDArray[Any]) -> NDArray[np.bool_]:
-        return np.asarray((trust.novelty <= 1) & self.inputs_in_range(inputs))
+    def _known_outputs(self, predicted: FloatArray) -> NDArray[np.bool_]:
+        if self.output_ranges is None:
+            return np.ones(len(predicted), dtype=np.bool_)
+        return self.outputs_in_range(self.output_scaling.invert(predicted))
 
     @property
     def error_tolerances(self) -> FloatArray:
@@ -433,55 +404,6 @@ class Surrogate:
         """
         return np.asarray(self._required_bound().tolerances * self.output_scaling.scale)
 
-    def trusted(
-        self, inputs: NDArray[Any], tolerances: FloatArray | None = None
-    ) -> NDArray[np.bool_]:
-        """Return at which samples nothing says that outputs may be wrong: (N, n_inputs) to (N,).
-
-        There the bound has seen as many inputs as it needs (``bound.filling_length``), every 95 %
-        bound is at most its tolerance, the sample is in the domain (``in_domain``), and outputs
-        lie in their ranges where these are known.
-
-        Args:
-            inputs: as for ``trust``.
-            tolerances: (n_outputs,), in the outputs' units; ``error_tolerances`` if None.
-
-        Raises:
-            ValueError: as for ``trust`` and ``error_tolerances``, or tolerances that are negative,
-                not finite, or of another number.
-        """
-        known = self.error_tolerances
-        allowed = known if tolerances is None else np.asarray(tolerances, dtype=np.float64)
-        if allowed.shape != known.shape or not np.all(np.isfinite(allowed) & (allowed >= 0)):
-            raise ValueError(
-                f"tolerances {allowed.tolist()}; expected {len(known)} finite numbers that are "
-                "not negative, one for each output in its unit"
-            )
-        return self._bounds_and_flag(inputs, allowed)[1]
-
-    def error_bounds_and_flag(self, inputs: NDArray[Any]) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return 95 % bounds, (N, n_outputs), and where nothing says that outputs may be wrong.
-
-        The flag is ``trusted``, with the tolerances of the start.
-
-        Raises:
-            ValueError: as for ``trust``.
-        """
-        return self._bounds_and_flag(inputs, self.error_tolerances)
-
-    def _bounds_and_flag(
-        self, inputs: NDArray[Any], allowed: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return 95 % bounds, and ``trusted`` with these tolerances."""
-        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs)[None])
-        predicted = self.network.stream(scaled).astype(np.float64)
-        (trust,) = self._required_bound().along(scaled, predicted)
-        bounds, inside = self._bounds(trust, inputs, USUAL_CONFIDENCE)
-        if self.output_ranges is not None:
-            inside = inside & self.outputs_in_range(self.output_scaling.invert(predicted[0]))
-        inside[: self._required_bound().filling_length - 1] = False  # the past is not known
-        return bounds, np.asarray(inside & np.all(bounds <= allowed, axis=1))
-
     def inputs_in_range(self, inputs: NDArray[Any]) -> NDArray[np.bool_]:
         """Return at which samples the inputs of the outputs lie in range: (N, n_inputs) to (N,).
 
@@ -491,8 +413,7 @@ class Surrogate:
         Raises:
             ValueError: as for ``predict``.
         """
-        scaled = self.input_scaling.apply(checked_inputs(inputs, self.inputs))
-        return inside_throughout(in_ranges(self.inputs, scaled), self.network.memory_length)
+        return self._in_range(self.input_scaling.apply(checked_inputs(inputs, self.inputs)))
 
     def outputs_in_range(self, outputs: FloatArray) -> NDArray[np.bool_]:
         """Return where all outputs, (N, n_outputs), lie in the ranges of the training, (N,).
@@ -522,7 +443,21 @@ class Surrogate:
 
     def to_bytes(self) -> bytes:
         """Write a surrogate file (``payload.py``); the same surrogate gives the same bytes."""
-        return encode(self)
+        return encode(
+            {
+                "name": self.name,
+                "window": self.window,
+                "inputs": self.inputs,
+                "outputs": self.outputs,
+                "input_scaling": self.input_scaling,
+                "output_scaling": self.output_scaling,
+                "network": self.network,
+                "estimator": self.estimator,
+                "forecast": self.forecast,
+                "bound": self.bound,
+                "output_ranges": self.output_ranges,
+            }
+        )
 
     @staticmethod
     def from_bytes(data: bytes) -> Surrogate:

@@ -82,8 +82,8 @@ def measured_inputs(
 ) -> MeasuredInputs:
     """Measure a surrogate with a bound on inputs, (N, n_inputs), and true outputs after each."""
     errors = np.abs(surrogate.predict_newest(inputs) - reference)
-    bounds, trusted = surrogate.error_bounds_and_flag(inputs)
-    return MeasuredInputs(inputs, reference, errors, bounds, trusted, first)
+    trust = surrogate.trust(inputs)
+    return MeasuredInputs(inputs, reference, errors, trust.bounds(), trust.trusted(), first)
 
 
 def first_measured(surrogate: Surrogate, burn_in: int) -> int:

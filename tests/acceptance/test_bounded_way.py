@@ -93,11 +93,12 @@ def test_outputs_and_bounds_read_by_fmpy_are_those_of_numpy(
     assert np.max(np.abs(off)) < FMU_TOLERANCE * (signal.high - signal.low)
     estimates = surrogate.estimate_error(inputs)[:, 0]
     np.testing.assert_allclose(found["position_error_estimate"], estimates, rtol=ROUNDING)
-    bounds = surrogate.error_bounds(inputs, confidence)[:, 0]
+    trust = surrogate.trust(inputs)
+    bounds = trust.bounds(confidence)[:, 0]
     np.testing.assert_allclose(found["position_error_bound"], bounds, rtol=ROUNDING)
-    novelty = surrogate.trust(inputs).novelty
+    novelty = trust.novelty
     np.testing.assert_allclose(found["novelty"], novelty, rtol=2e-3)
-    expected = surrogate.in_domain(inputs)
+    expected = trust.in_domain
     assert expected[BEYOND - 50 : BEYOND].all()
     assert not expected[BEYOND + 10 :].any()
     assert (found["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()

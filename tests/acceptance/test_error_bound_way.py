@@ -66,6 +66,7 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     count, step = 400, surrogate.window.step
     force = np.random.default_rng(1).uniform(-1000, 1000, count)
     force[300:] *= 2  # beyond the range
+    trust = surrogate.trust(force[:, None])
     signals = np.empty(count + 1, dtype=[("time", float), ("force", float)])
     signals["time"], signals["force"] = step * np.arange(count + 1), [*force, 0.0]
     for confidence in CONFIDENCES:
@@ -77,21 +78,21 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
             start_values={"confidence": confidence},
             output=NAMES,
         )[1:]
-        bounds = surrogate.error_bounds(force[:, None], confidence)[:, 0]
+        bounds = trust.bounds(confidence)[:, 0]
         off = np.abs(found["position_error_bound"] / bounds - 1)
         assert np.median(off) < 1e-3
         assert off.max() < ROUNDING
-    novelty = surrogate.trust(force[:, None]).novelty
+    novelty = trust.novelty
     np.testing.assert_allclose(found["novelty"], novelty, rtol=2e-3)
-    expected = surrogate.in_domain(force[:, None])
+    expected = trust.in_domain
     assert expected[200:300].all()
     assert not expected[310:].any()
     clear = np.abs(novelty - 1) > 0.01
     clear[:CHANGES] = False
     assert (found["in_domain"].astype(bool) == expected)[clear].all()
-    ratio = surrogate.error_bounds(force[:, None])[:, 0] / surrogate.error_tolerances[0]
+    ratio = trust.bounds()[:, 0] / surrogate.error_tolerances[0]
     clear &= np.abs(ratio - 1) > ROUNDING
-    trusted = surrogate.trusted(force[:, None])
+    trusted = trust.trusted()
     assert (found["trusted"].astype(bool) == trusted)[clear].all()
     assert trusted[200:300].mean() > 0.7
     assert surrogate.bound is not None

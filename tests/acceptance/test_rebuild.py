@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fmus.rebuild import measure, rebuild
-from slide_fmu.core.version import WRITTEN_BY, own_version
+from slide_fmu.core.version import WRITTEN_BY, __version__
 from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.apps import app_problems, with_origins
@@ -29,7 +29,7 @@ LINEAR = ROOT / "fmus" / "linear" / "linear.fmu"
 RECIPE = (ROOT / "training" / "linear.toml").read_text(encoding="utf-8")
 SURROGATE, RELEASED = read_fmu(LINEAR)
 PROVENANCE: dict[str, object] = with_origins(
-    {**(RELEASED or {}), "recipe": RECIPE, WRITTEN_BY: own_version()},
+    {**(RELEASED or {}), "recipe": RECIPE, WRITTEN_BY: __version__},
     parse_recipe(RECIPE, "linear.toml"),
     SURROGATE,
 )
@@ -69,7 +69,7 @@ def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     export_fmu(SURROGATE, folder / "linear.fmu", provenance=older, documentation=PAGES)
     fmu = rebuild(folder / "linear.fmu")
     found = read_fmu(fmu)[1] or {}
-    assert found[WRITTEN_BY] == own_version()
+    assert found[WRITTEN_BY] == __version__
     card = (folder / "README.md").read_text(encoding="utf-8")
     measured = released_figures(found)
     assert measured is not None

@@ -103,7 +103,7 @@ def test_error_bound_at_rest_is_no_larger_than_in_motion(name: str) -> None:
     for index in range(5):
         moving = draw(recipe, system, stream, index).inputs
         resting = np.repeat(moving[-1:], round(20.0 / recipe.window.step), axis=0)
-        bounds = surrogate.error_bounds(np.concatenate([moving, resting]), 0.95)
+        bounds = surrogate.trust(np.concatenate([moving, resting])).bounds(0.95)
         in_motion.append(bounds[len(moving) // 2 : len(moving)])
         at_rest.append(bounds[-len(resting) // 2 :].max(axis=0))
     assert np.all(at_rest < np.quantile(np.concatenate(in_motion), 0.99, axis=0))

@@ -69,8 +69,9 @@ def seen(surrogate: Surrogate, recipe: Recipe, seed: int, count: int, stages: St
         counts = slice(max(drawn.burn_in, surrogate.window.n_in), None)
         predicted = surrogate.predict_newest(drawn.inputs)
         found.errors.append(np.abs(predicted[counts] - truth[counts.start - drawn.burn_in :]))
-        found.bounds.append(surrogate.error_bounds(drawn.inputs)[counts])
-        found.novelty.append(surrogate.trust(drawn.inputs).novelty[counts])
+        trust = surrogate.trust(drawn.inputs)
+        found.bounds.append(trust.bounds()[counts])
+        found.novelty.append(trust.novelty[counts])
         found.in_range.append(surrogate.inputs_in_range(drawn.inputs)[counts].astype(np.float64))
         stages("trajectories")(index + 1, count)
     return found

@@ -59,12 +59,12 @@ def scales_of(
     if surrogate.estimator is not None:
         squares = surrogate.estimator.along(scaled, len(surrogate.outputs))
         found["estimator at the sample"] = np.sqrt(squares), True
-    trust = surrogate.trust(inputs)
-    found["disagreement"] = trust.disagreement, True
-    found["head of the error bound"] = trust.scales, False
+    local = surrogate.trust(inputs).local
+    found["disagreement"] = local.disagreement, True
+    found["head of the error bound"] = local.scales, False
     samples = max(1, round(ORACLE_SPAN / surrogate.window.step))
-    local = np.sqrt(uniform_filter1d(errors**2, samples, axis=0, mode="nearest"))
-    found["oracle, local RMS"] = local, True
+    rms = np.sqrt(uniform_filter1d(errors**2, samples, axis=0, mode="nearest"))
+    found["oracle, local RMS"] = rms, True
     return found
 
 

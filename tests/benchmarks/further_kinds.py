@@ -141,9 +141,10 @@ def _runs(
 def _figures(surrogate: Surrogate, runs: Sequence[Run], usual: FloatArray) -> dict[str, Any]:
     told = []
     for run in runs:
-        ((bounds, inside),) = surrogate.error_bounds_and_domain(run.inputs[None])
+        trust = surrogate.trust(run.inputs)
+        bounds = trust.bounds()
         last = slice(len(bounds) - len(run.errors), None)
-        flags = inside[last].astype(float), surrogate.trusted(run.inputs)[last].astype(float)
+        flags = trust.in_domain[last].astype(float), trust.trusted()[last].astype(float)
         told.append(TrustOutputs(bounds[last], np.zeros(len(run.errors)), *flags))
     kinds = {run.kind for run in runs}
     errors = [run.errors for run in runs]

@@ -64,12 +64,12 @@ def run_of(surrogate: Surrogate, truth: Truth, first: int) -> Run:
     reference, trust = truth.outputs[0, first:], None
     errors = np.abs(surrogate.predict_newest(truth.inputs)[first - 1 :] - reference)
     if surrogate.bound is not None:
-        ((bounds, inside),) = surrogate.error_bounds_and_domain(truth.inputs[None])
+        told = surrogate.trust(truth.inputs)
         trust = TrustOutputs(
-            bounds[first - 1 :],
+            told.bounds()[first - 1 :],
             np.zeros(len(errors)),
-            inside[first - 1 :].astype(float),
-            surrogate.trusted(truth.inputs)[first - 1 :].astype(float),
+            told.in_domain[first - 1 :].astype(float),
+            told.trusted()[first - 1 :].astype(float),
         )
     apart = np.max(np.abs(truth.outputs[:, first:] - reference), axis=0)
     return Run(truth, reference, errors, apart, trust)

@@ -108,7 +108,7 @@ def errors_of(surrogate: Surrogate, inputs: FloatArray, outputs: FloatArray) -> 
 
 
 def bounds_of(surrogate: Surrogate, unseen: Unseen, confidence: float) -> FloatArray:
-    found = [surrogate.error_bounds(inputs, confidence) for inputs in unseen.inputs]
+    found = [surrogate.trust(inputs).bounds(confidence) for inputs in unseen.inputs]
     return np.stack(found)[:, unseen.filled]
 
 
@@ -162,9 +162,9 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
 
     def at_the_end(inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Scales and disagreements, (n_trajectories,) each."""
-        trusts = [bounded.trust(one) for one in inputs]
-        found = [[one.scales[-1, 0], one.disagreement[-1, 0]] for one in trusts]
-        scales, apart = np.array(found).T * surrogate.output_scaling.scale
+        every = [bounded.trust(one).local for one in inputs]
+        newest = [[local.scales[-1, 0], local.disagreement[-1, 0]] for local in every]
+        scales, apart = np.array(newest).T * surrogate.output_scaling.scale
         return scales, bound.shares * apart
 
     assert bound.floors is not None
@@ -182,7 +182,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
         zeros = np.zeros(len(others))
         intervals = oracle.predict_int(zeros, sigmas=scales, confidence=confidence)
         expected = np.maximum(np.hypot(intervals[:, 1], floor), apart)
-        bounds = [bounded.error_bounds(one, confidence)[-1, 0] for one in others]
+        bounds = [bounded.trust(one).bounds(confidence)[-1, 0] for one in others]
         inside = np.array([bounded.trust(one).novelty[-1] <= 1 for one in others])
         assert inside.sum() > 0.9 * FRESH
         # errors far below the outputs, found in batches of another size, differ by rounding
@@ -242,8 +242,8 @@ def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
     surrogate, rate = replace(fit.surrogate, output_ranges=None), RECIPE.bound.false_alarms
     split = open_store(folder / "store").split("calibration").read(RECIPE.count("calibration"))
     for inputs, slack in ((split.inputs, 0.001), (unseen.inputs, 0.02)):
-        trusted = np.stack([surrogate.trusted(one)[unseen.filled] for one in inputs])
-        inside = np.stack([surrogate.in_domain(one)[unseen.filled] for one in inputs])
+        trusted = np.stack([surrogate.trust(one).trusted()[unseen.filled] for one in inputs])
+        inside = np.stack([surrogate.trust(one).in_domain[unseen.filled] for one in inputs])
         assert abs(np.mean(~trusted) - rate) < slack
         assert np.mean(~inside) < rate / 20 + slack
         assert not (trusted & ~inside).any()
@@ -262,7 +262,7 @@ def test_head_learns_no_logarithm_below_a_thousandth_of_its_training(fit: Fit) -
         surrogate.output_scaling.apply(surrogate.predict_newest(still))[None],
     )[0]
     assert statistics.min() < -60
-    usual = np.quantile(surrogate.error_bounds(still)[100:], 0.5, axis=0)
+    usual = np.quantile(surrogate.trust(still).bounds()[100:], 0.5, axis=0)
     assert (usual < surrogate.error_tolerances).all()
 
 
@@ -293,7 +293,7 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
     covered = [
         np.mean(
             [
-                (error <= one.error_bounds(u, 0.95))[one.window.n_in :].mean()
+                (error <= one.trust(u).bounds(0.95))[one.window.n_in :].mean()
                 for u, error in zip(inputs, errors, strict=True)
             ]
         )
@@ -344,7 +344,7 @@ def test_companion_learns_from_the_trajectories_of_the_surrogate_or_from_others(
         high = {v.name: v.high for v in fmu_variables(other.surrogate)}["confidence"]
         assert high == 0.95
         with refused(ValueError, "expected 0.9 to", "0.9 to 0"):
-            other.surrogate.error_bounds(unseen.inputs[0], 0.99)
+            other.surrogate.trust(unseen.inputs[0]).bounds(0.99)
         bounds = bounds_of(other.surrogate, unseen, 0.95)
         assert 0.9 < np.mean(unseen.errors <= bounds) < 0.995
 

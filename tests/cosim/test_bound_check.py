@@ -25,13 +25,14 @@ COUNT = 120
 
 def told(surrogate: Surrogate, inputs: FloatArray) -> dict[str, FloatArray]:
     """What a library without a fault says."""
-    bounds, trust = surrogate.error_bounds(inputs), surrogate.trust(inputs)
+    trust = surrogate.trust(inputs)
+    bounds = trust.bounds()
     return {
         "y0_error_bound": bounds[:, 0],
         "y1_error_bound": bounds[:, 1],
         "novelty": trust.novelty,
-        "in_domain": surrogate.in_domain(inputs).astype(float),
-        "trusted": surrogate.trusted(inputs).astype(float),
+        "in_domain": trust.in_domain.astype(float),
+        "trusted": trust.trusted().astype(float),
     }
 
 

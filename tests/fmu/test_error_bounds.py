@@ -167,9 +167,10 @@ def test_bounds_are_those_of_numpy(load: Load, name: str, blocks: tuple[int, int
         filled = native.get(*places(surrogate, "BOUND_FILLED"))
         found.append([*results[:4], *filled, *results[4:]])
     bounds, novelty, inside, filled, estimates = np.split(np.array(found), [2, 3, 4, 5], axis=1)
-    within(bounds, surrogate.error_bounds(inputs))
-    within(novelty[:, 0], surrogate.trust(inputs).novelty)
-    assert np.array_equal(inside[:, 0], surrogate.in_domain(inputs))
+    trust = surrogate.trust(inputs)
+    within(bounds, trust.bounds())
+    within(novelty[:, 0], trust.novelty)
+    assert np.array_equal(inside[:, 0], trust.in_domain)
     assert surrogate.bound is not None
     share = np.minimum(1, np.arange(1, 151) / surrogate.bound.filling_length)
     np.testing.assert_allclose(filled[:, 0], share, rtol=1e-12)
@@ -196,7 +197,7 @@ def test_bound_of_forecast_inputs_adds_what_forecasts_changed(
         goal = oracle.step(STEP, row).goal
         ends = np.vstack([records[: k + 1], goal])
         given = surrogate.predict_newest(ends)[-1]
-        without.append(surrogate.error_bounds(ends)[-1])
+        without.append(surrogate.trust(ends).bounds()[-1])
         expected.append(np.hypot(without[-1], 2.0 * np.sqrt(lately) * scale))
     np.testing.assert_allclose(found, expected, rtol=10 * TOLERANCE)
     assert not np.allclose(found, without, rtol=0.01)
@@ -259,11 +260,12 @@ def test_in_domain_needs_known_inputs_in_their_ranges(load: Load) -> None:
     for row in inputs:
         native.step(*row)
         found += native.get(*places(surrogate, "IN_DOMAIN"))
-    expected = surrogate.in_domain(inputs)
+    trust = surrogate.trust(inputs)
+    expected = trust.in_domain
     assert found == expected.tolist()
     strayed = ~surrogate.inputs_in_range(inputs)
     assert strayed.any()
-    assert (surrogate.trust(inputs).novelty[strayed] <= 1).any()
+    assert (trust.novelty[strayed] <= 1).any()
     assert expected.any()
 
 
@@ -287,7 +289,7 @@ def test_bound_is_at_least_a_share_of_the_disagreement(load: Load) -> None:
     far = np.clip(trust.novelty, 1, 6)[:, None]  # outside of the domain, the share is larger
     assert far.min() == 1
     assert far.max() > 1
-    within(found, far * bound.shares * trust.disagreement * surrogate.output_scaling.scale)
+    within(found, far * bound.shares * trust.local.disagreement * surrogate.output_scaling.scale)
 
 
 def test_disagreements_that_the_predictor_cannot_have_are_left_out(load: Load) -> None:
@@ -385,7 +387,8 @@ def test_bounds_before_the_first_step_are_those_of_held_inputs(load: Load, name:
     for inputs in ([0.5, 1.0], [-1.0, 2.0]):
         native.set(*inputs)
         row = np.array([inputs])
-        expected = [*surrogate.error_bounds(row)[0], surrogate.trust(row).novelty[0]]
+        trust = surrogate.trust(row)
+        expected = [*trust.bounds()[0], trust.novelty[0]]
         within(read(native, surrogate)[:3], expected)
 
 

@@ -35,7 +35,7 @@ def tolerant(name: str, ranges: bool = True) -> Surrogate:
     assert bound is not None
     inputs = inputs_of(surrogate)
     widened = bound.limits * np.quantile(surrogate.trust(inputs).novelty, 0.8) ** 2
-    bounds = surrogate.error_bounds(inputs) / surrogate.output_scaling.scale
+    bounds = surrogate.trust(inputs).bounds() / surrogate.output_scaling.scale
     bound = dataclasses.replace(bound, limits=widened, tolerances=np.quantile(bounds, 0.7, axis=0))
     found = dataclasses.replace(surrogate, bound=bound)
     if not ranges:
@@ -73,9 +73,10 @@ def flags(native: Native | Native3, surrogate: Surrogate, inputs: FloatArray) ->
 def test_flag_is_that_of_numpy(load: Load, name: str, ranges: bool) -> None:
     surrogate = tolerant(name, ranges)
     inputs = inputs_of(surrogate)
-    expected = surrogate.trusted(inputs)
+    trust = surrogate.trust(inputs)
+    expected = trust.trusted()
     assert 0.1 < expected.mean() < 0.9
-    bounds, inside = surrogate.error_bounds(inputs), surrogate.in_domain(inputs)
+    bounds, inside = trust.bounds(), trust.in_domain
     joined = inside & (bounds <= surrogate.error_tolerances).all(axis=1) & filled(surrogate)
     within_ranges = np.ones(COUNT, dtype=bool)
     if ranges:
@@ -98,10 +99,11 @@ def test_bounds_with_floors_are_those_of_numpy_for_every_confidence(load: Load, 
     factors, floors = 0.2 * bound.factors, 0.1 * bound.floors
     smaller = dataclasses.replace(bound, factors=factors, floors=floors)
     surrogate = dataclasses.replace(surrogate, bound=smaller)
-    trust, inside = surrogate.trust(inputs), surrogate.in_domain(inputs)
+    trust = surrogate.trust(inputs)
+    inside = trust.in_domain
     assert bound.shares is not None
-    apart = bound.shares * trust.disagreement * surrogate.output_scaling.scale
-    expected = {c: surrogate.error_bounds(inputs, c) for c in (0.9, 0.95, 0.99)}
+    apart = bound.shares * trust.local.disagreement * surrogate.output_scaling.scale
+    expected = {c: trust.bounds(c) for c in (0.9, 0.95, 0.99)}
     assert 0 < (expected[0.95] == apart)[inside].mean() < 1
     native = load(surrogate).instance().start()
     (first, count), confidence = (places(surrogate, k) for k in ("ERROR_BOUND", "CONFIDENCE"))
@@ -158,14 +160,14 @@ def test_flag_follows_tolerances_that_are_set_between_steps_and_no_confidence(lo
         if k < begin:  # the past is not known
             assert native.get(trusted) == [False]
             continue
-        bounds = surrogate.error_bounds(inputs[: k + 1])[-1]
-        inside = surrogate.in_domain(inputs[: k + 1])[-1]
+        trust = surrogate.trust(inputs[: k + 1])
+        bounds, inside = trust.bounds()[-1], trust.in_domain[-1]
         for tolerances in (1.01 * bounds, 0.99 * bounds, bounds * [1.01, 0.99]):
             assert native.set(*tolerances, first=first) == OK
             assert native.get(first, 2) == tolerances.tolist()
             expected = inside and (bounds <= tolerances).all()
             assert native.get(trusted) == [expected]
-            assert surrogate.trusted(inputs[: k + 1], tolerances)[-1] == expected
+            assert trust.trusted(tolerances)[-1] == expected
             assert native.set(0.9 + 0.09 * (k % 2), first=confidence) == OK
             assert native.get(trusted) == [expected]
 

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
-from slide_fmu.core.version import WRITTEN_BY, own_version
+from slide_fmu.core.version import WRITTEN_BY, __version__
 from slide_fmu.fmu.export import (
     DESCRIPTION,
     DOCUMENTATION,
@@ -124,7 +124,7 @@ def test_words_of_another_version_are_no_problem_and_left_out(tmp_path: Path, ag
     assert not any("model card" in part for part in checked.parts)
     line = (
         "the words of model card and credentials: version 0.9.0 of slide-fmu wrote them, and "
-        f"this is {own_version()}"
+        f"this is {__version__}"
     )
     assert checked.left_out[0] == line
     assert checked.figures(path).not_checked == checked.left_out
@@ -133,7 +133,7 @@ def test_words_of_another_version_are_no_problem_and_left_out(tmp_path: Path, ag
     assert f"Not checked: {line}" in " ".join(said.stderr.split())
 
 
-@pytest.mark.parametrize("version", [own_version(), None, "", "a version", ["0.9.0"]])
+@pytest.mark.parametrize("version", [__version__, None, "", "a version", ["0.9.0"]])
 def test_words_are_compared_where_no_other_version_is_named(
     tmp_path: Path, version: object
 ) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from slide_fmu.core.block_means import N_BLOCKS
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.bound_statistics import logarithms
-from slide_fmu.surrogate.error_bound import Trust
+from slide_fmu.surrogate.error_bound import LocalErrors
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import CellShape, Shape
 
@@ -33,7 +33,7 @@ def plain_mean(values: list[float], k: int, block: int) -> float:
     return math.fsum(taken) / len(taken)
 
 
-def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
+def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> LocalErrors:
     """Sample by sample, from states that are found by runs from zero."""
     bound = surrogate.bound
     assert bound is not None
@@ -69,4 +69,6 @@ def plain_trust(surrogate: Surrogate, inputs: FloatArray) -> Trust:
         pairs = zip(watched, bound.limits, strict=True)
         novelty.append(math.sqrt(max(mean / limit for mean, limit in pairs)))
     scales, rms = np.split(np.array(found), [squares.shape[1]], axis=1)
-    return Trust(scales, np.array(disagreement), np.array(novelty), rms if bound.span else None)
+    return LocalErrors(
+        scales, np.array(disagreement), np.array(novelty), rms if bound.span else None
+    )

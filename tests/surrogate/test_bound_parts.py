@@ -24,9 +24,9 @@ def test_file_keeps_the_bound(kind: str) -> None:
     again = Surrogate.from_bytes(data)
     assert again.to_bytes() == data
     inputs = record(surrogate)
-    assert np.array_equal(again.error_bounds(inputs), surrogate.error_bounds(inputs))
+    assert np.array_equal(again.trust(inputs).bounds(), surrogate.trust(inputs).bounds())
     assert again.memory_length == surrogate.memory_length
-    assert np.array_equal(again.trusted(inputs), surrogate.trusted(inputs))
+    assert np.array_equal(again.trust(inputs).trusted(), surrogate.trust(inputs).trusted())
 
 
 def test_bound_without_an_estimate_is_the_same_bound() -> None:
@@ -38,7 +38,7 @@ def test_bound_without_an_estimate_is_the_same_bound() -> None:
     assert not alone.estimates_errors
     inputs = record(surrogate)
     np.testing.assert_allclose(
-        alone.error_bounds(inputs), surrogate.error_bounds(inputs), rtol=1e-5
+        alone.trust(inputs).bounds(), surrogate.trust(inputs).bounds(), rtol=1e-5
     )
 
 

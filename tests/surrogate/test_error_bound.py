@@ -12,7 +12,7 @@ from slide_fmu.surrogate.error_bound import (
     CONFIDENCES,
     MOST_EXPONENT,
     ErrorBound,
-    Trust,
+    LocalErrors,
     calibrated,
     least_trajectories,
 )
@@ -26,10 +26,10 @@ def test_bounds_have_floors_and_are_at_least_a_share_of_the_disagreement() -> No
     bound = bounded_surrogate(SHAPE).bound
     assert bound is not None
     apart = np.array([[9.0, 0.0], [0.0, 9.0], [np.inf, 0.0]])
-    trust = Trust(np.full((3, 2), 0.5), apart, np.ones(3))
+    local = LocalErrors(np.full((3, 2), 0.5), apart, np.ones(3))
     one, other = np.hypot(0.5 * bound.factors[1], bound.floors)
     expected = [[9.0, other], [one, 0.5 * 9.0], [2.0**MOST_EXPONENT, other]]
-    np.testing.assert_allclose(bound.bounds(trust, 0.95), expected, rtol=1e-14)
+    np.testing.assert_allclose(bound.bounds(local, 0.95), expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize(("confidence", "least"), [(0.9, 10), (0.95, 20), (0.99, 100)])
@@ -52,7 +52,7 @@ def test_confidence_takes_the_next_calibrated_one(confidence: float, row: int) -
 def test_confidence_that_is_not_calibrated_is_refused(confidence: float) -> None:
     surrogate = bounded_surrogate(SHAPE)
     with refused(ValueError, "confidence", "expected 0.9 to 0.99"):
-        surrogate.error_bounds(record(surrogate), confidence)
+        surrogate.trust(record(surrogate)).bounds(confidence)
 
 
 def test_domain_needs_inputs_in_their_ranges_too() -> None:
@@ -68,9 +68,9 @@ def test_domain_needs_inputs_in_their_ranges_too() -> None:
         / np.abs(surrogate.input_scaling.apply(inputs)).max()
     )
     inside = surrogate.input_scaling.invert(scaled)
-    assert surrogate.in_domain(inside).all()
+    assert surrogate.trust(inside).in_domain.all()
     inside[30] = surrogate.input_scaling.invert(np.array([1.5, 0.0]))
-    assert not surrogate.in_domain(inside)[30]
+    assert not surrogate.trust(inside).in_domain[30]
 
 
 def test_trust_with_bad_tolerances_is_refused() -> None:
@@ -78,13 +78,13 @@ def test_trust_with_bad_tolerances_is_refused() -> None:
     inputs = record(surrogate)
     for bad in (np.ones(3), np.array([1.0, -1.0]), np.array([1.0, np.nan])):
         with refused(ValueError, "expected 2 finite numbers that are not negative"):
-            surrogate.trusted(inputs, bad)
+            surrogate.trust(inputs).trusted(bad)
 
 
 def test_surrogate_without_a_bound_says_so() -> None:
     surrogate = random_surrogate(SHAPE)
     with refused(ValueError, "recipe's table"):
-        surrogate.error_bounds(record(surrogate))
+        surrogate.trust(record(surrogate)).bounds()
 
 
 def test_confidences_rise() -> None:
@@ -96,9 +96,10 @@ def test_bounds_and_domain_of_many_records_are_those_of_each() -> None:
     surrogate = bounded_surrogate(SHAPE)
     one = record(surrogate)
     records = np.stack([one, 1.7 * one, one[::-1]])
-    found = surrogate.error_bounds_and_domain(records)
-    assert len(found) == 3
-    for inputs, (bounds, inside) in zip(records, found, strict=True):
-        np.testing.assert_allclose(bounds, surrogate.error_bounds(inputs), rtol=1e-5)
-        assert np.array_equal(inside, surrogate.in_domain(inputs))
-    assert not np.allclose(found[0][0], found[2][0])
+    trusts = surrogate.trust_batch(records)
+    assert len(trusts) == 3
+    for inputs, trust in zip(records, trusts, strict=True):
+        alone = surrogate.trust(inputs)
+        np.testing.assert_allclose(trust.bounds(), alone.bounds(), rtol=1e-5)
+        assert np.array_equal(trust.in_domain, alone.in_domain)
+    assert not np.allclose(trusts[0].bounds(), trusts[2].bounds())

@@ -25,7 +25,7 @@ def test_trust_is_that_of_plain_loops(blocks: tuple[int, int], sees_estimates: b
     shape = SEEING if sees_estimates else SHAPE
     surrogate = bounded_surrogate(shape, blocks)
     inputs = record(surrogate)
-    found, expected = surrogate.trust(inputs), plain_trust(surrogate, inputs)
+    found, expected = surrogate.trust(inputs).local, plain_trust(surrogate, inputs)
     np.testing.assert_allclose(found.scales, expected.scales, rtol=2e-4)
     np.testing.assert_allclose(found.disagreement, expected.disagreement, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(found.novelty, expected.novelty, rtol=1e-4)
@@ -47,7 +47,7 @@ def test_head_gets_no_logarithm_below_the_quietest() -> None:
             row[signed + i] = max(row[signed + i], least)
     exponents = bound.head.evaluate(limited[:, None])
     expected = local_scales(exponents.astype(float))
-    np.testing.assert_allclose(surrogate.trust(inputs).scales, expected, rtol=1e-6)
+    np.testing.assert_allclose(surrogate.trust(inputs).local.scales, expected, rtol=1e-6)
 
 
 def test_memory_is_that_of_the_means_or_of_a_longer_estimator() -> None:

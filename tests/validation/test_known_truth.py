@@ -54,9 +54,10 @@ def test_bounds_count_from_the_sample_on_that_fills_them(burn_in: int, tmp_path:
     assert found.first_trusted == max(0, surrogate.bound.filling_length - first)
     assert (found.first_trusted == 0) == (burn_in == 100)
     assert found.trust is not None
-    bounds = surrogate.error_bounds(inputs, 0.95)[first - 1 :]
+    trust = surrogate.trust(inputs)
+    bounds = trust.bounds(0.95)[first - 1 :]
     np.testing.assert_allclose(found.trust.bounds, bounds, rtol=ROUNDED)
-    novelty = surrogate.trust(inputs).novelty[first - 1 :]
+    novelty = trust.novelty[first - 1 :]
     np.testing.assert_allclose(found.trust.novelty, novelty, rtol=ROUNDED)
     np.testing.assert_allclose(found.error, ERROR, rtol=ROUNDED)
     assert found.plain is None  # held inputs have one way to be set

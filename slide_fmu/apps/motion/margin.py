@@ -12,6 +12,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.surrogate.trust import Trust
 
 ESTIMATES = 2.0
 """Factor from an RMS error estimate to a 95 % margin, if there is no error bound."""
@@ -86,20 +87,19 @@ def judge(surrogate: Surrogate, sequences: FloatArray, margins: Margins) -> list
         margins: what the margins are.
     """
     if surrogate.bound is not None:
-        bounded = surrogate.error_bounds_and_domain(sequences)
         return [
-            Reliability(
-                margins.factor * _norms(each), known if known.all() else _known(surrogate, inputs)
-            )
-            for (each, known), inputs in zip(bounded, sequences, strict=True)
+            Reliability(margins.factor * _norms(trust.bounds()), _known(surrogate, trust, inputs))
+            for trust, inputs in zip(surrogate.trust_batch(sequences), sequences, strict=True)
         ]
     return [_estimated(surrogate, inputs, margins) for inputs in sequences]
 
 
-def _known(surrogate: Surrogate, inputs: FloatArray) -> NDArray[np.bool_]:
+def _known(surrogate: Surrogate, trust: Trust, inputs: FloatArray) -> NDArray[np.bool_]:
     """Return where a sequence, (N, n_inputs), is in the domain or hardly newer than its rests."""
+    if trust.in_domain.all():
+        return trust.in_domain
     rests = [min(novelty_at_rest(surrogate, end), MOST_AT_REST) for end in inputs[[0, -1]]]
-    known = surrogate.trust(inputs).novelty <= max(1.0, AROUND_REST * max(rests))
+    known = trust.novelty <= max(1.0, AROUND_REST * max(rests))
     return np.asarray(known & surrogate.inputs_in_range(inputs))
 
 

@@ -80,7 +80,7 @@ def test_earliest_move_is_one_in_the_domain() -> None:
     surrogate = with_domain(problem).surrogate
     coordinates = coordinates_of(surrogate.inputs)
     inputs = inputs_of(coordinates, np.concatenate([np.zeros((128, 1)), free.move.motion]))
-    assert not surrogate.in_domain(inputs)[128:].all()
+    assert not surrogate.trust(inputs).in_domain[128:].all()
     assert bounded.baselines[0].known < 1
 
 

@@ -16,19 +16,23 @@ READY := $(VENV)/ready
 
 setup: $(READY)
 
-# A build of torch for the CPU alone is taken where pip finds one; what torch needs for CUDA, some
-# gigabytes, is installed only where torch came with CUDA.
 PIP = $(WITH_PIP) -m pip --disable-pip-version-check --python $(BIN)/python
 LOCKED = $(PIP) install --quiet --require-hashes --no-deps -r
-TORCH_CPU = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' .ci/requirements-cpu.lock)
+TORCH = $(shell sed -n 's/^\(torch==[^ ]*\).*/\1/p' requirements.lock)
 
-$(READY): requirements.lock .ci/requirements-cpu.lock .ci/requirements-cuda.lock pyproject.toml
+# A build of torch for the CPU alone is taken where pip finds one; the lock file has the hashes of
+# both. What torch needs for CUDA, some gigabytes, is installed only where torch came with CUDA. The
+# runtime takes as long to compile as the packages to install, so its compiler comes first.
+$(READY): requirements.lock .ci/requirements-cuda.lock pyproject.toml
 	@$(WITH_PIP) -m pip --version >/dev/null 2>&1 || \
 		{ echo "PYTHON=$(PYTHON) has no pip, or is none; install pip for it, or set PYTHON" >&2; exit 1; }
 	$(WITH_PIP) -m venv --without-pip $(VENV)
-	if $(PIP) install --quiet --dry-run --no-deps $(TORCH_CPU) 2>/dev/null; \
-		then $(LOCKED) .ci/requirements-cpu.lock; fi
-	$(LOCKED) requirements.lock
+	awk '/^[a-z]/ {kept = /^(fmpy|ziglang)==/} kept' requirements.lock >$(VENV)/compiler.lock
+	if $(PIP) install --quiet --dry-run --no-deps $(TORCH)+cpu 2>/dev/null; then build=+cpu; fi; \
+		sed "s/^$(TORCH)/&$$build/" requirements.lock >$(VENV)/packages.lock
+	$(LOCKED) $(VENV)/compiler.lock
+	$(BIN)/python slide_fmu/fmu/libraries/build.py >$(VENV)/compiled & \
+		if $(LOCKED) $(VENV)/packages.lock; then wait $$!; else kill $$!; exit 1; fi
 	if $(PIP) check | grep -q "^torch "; then $(LOCKED) .ci/requirements-cuda.lock; fi
 	$(PIP) install --quiet --no-deps --no-build-isolation -e .
 	$(PIP) check

@@ -4,7 +4,6 @@
 its files and the machines that need it; ``.ci/requirements-cuda.lock`` those that torch needs
 beside them where it came with CUDA, as on Linux from PyPI. Versions that are locked stay as they
 are as long as ``pyproject.toml`` admits them; to get newer ones, remove theirs from the files.
-``.ci/requirements-cpu.lock`` is written by hand, and held against them.
 """
 
 from __future__ import annotations
@@ -18,13 +17,17 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK = ROOT / "requirements.lock"
-CPU_LOCK = ROOT / ".ci/requirements-cpu.lock"
 CUDA_LOCK = ROOT / ".ci/requirements-cuda.lock"
 PYTHONS = ("3.11", "3.12", "3.13")
 PLATFORMS = ("x86_64-manylinux_2_28", "aarch64-manylinux_2_28")
 """For all of these the locked packages must have wheels."""
 CUDA = re.compile(r"nvidia-|cuda-|triton==")
 """So begin the packages that torch needs for CUDA alone."""
+CPU_BUILDS = {  # cp311, manylinux_2_28, x86_64
+    "torch==2.13.0": ["6746dbcbeb526eb61330b76b41ff1b4eb848951103a892eeb080dfa2b264667b"],
+}
+"""SHA-256 of builds of torch for the CPU alone, which ``make setup`` takes where pip finds one.
+They are not on PyPI, so uv does not know them: ``sha256sum`` prints what belongs here."""
 BUILDS_EDITABLE = "editables"
 """The build backend asks for this, beside ``build-system.requires``, to install a checkout."""
 HEADER = """\
@@ -37,14 +40,13 @@ def main() -> None:
     """Resolve all packages, write both files, and hold them against versions of Python."""
     blocks = blocks_of(_resolved())
     cuda = [block for block in blocks if CUDA.match(block)]
-    others = [block for block in blocks if not CUDA.match(block)]
+    others = [with_cpu_builds(block) for block in blocks if not CUDA.match(block)]
     _write(LOCK, "All packages of a checkout, without those of CUDA.", others)
     _write(CUDA_LOCK, "Packages that torch needs beside them where it came with CUDA.", cuda)
     for python in PYTHONS:
         for platform in PLATFORMS:
             _require_complete(python, platform)
             print(f"Python {python}, {platform}: all packages are there")
-    _require_same_torch(*(path.read_text(encoding="utf-8") for path in (LOCK, CPU_LOCK)))
 
 
 def blocks_of(text: str) -> list[str]:
@@ -57,10 +59,22 @@ def without_hashes(text: str) -> str:
     return re.sub(r" \\\n +--hash=\S+", "", text)
 
 
-def torch_version(text: str) -> str:
-    """Return the version of torch in a lock file, without its build."""
-    (version,) = re.findall(r"^torch==([\d.]+)", text, flags=re.M)
-    return str(version)
+def with_cpu_builds(block: str) -> str:
+    """Return the block of torch with the hashes of builds for the CPU alone, any other as it is.
+
+    Raises:
+        SystemExit: no such hashes are known of the version that is locked.
+    """
+    requirement = block.split()[0]
+    if not requirement.startswith("torch=="):
+        return block
+    if requirement not in CPU_BUILDS:
+        raise SystemExit(
+            f"{requirement} is locked; expected one of {', '.join(CPU_BUILDS)}, whose builds for "
+            "the CPU are known: add the hashes that sha256sum prints to CPU_BUILDS"
+        )
+    hashes = "".join(f"    --hash=sha256:{one} \\\n" for one in CPU_BUILDS[requirement])
+    return block.replace(" \\\n", f" \\\n{hashes}", 1)
 
 
 def _resolved() -> str:
@@ -100,15 +114,6 @@ def _uv(*arguments: str, given: str = "") -> None:
     if subprocess.run(command, cwd=ROOT, input=given, text=True).returncode:
         raise SystemExit(
             f"make lock: uv {' '.join(arguments)} failed; it says above what is wrong"
-        )
-
-
-def _require_same_torch(lock: str, cpu_lock: str) -> None:
-    found, expected = torch_version(cpu_lock), torch_version(lock)
-    if found != expected:
-        raise SystemExit(
-            f"{CPU_LOCK.name} has builds of torch {found}; expected {expected}, as in "
-            f"{LOCK.name}: write the hashes of such builds there, which sha256sum prints"
         )
 
 

@@ -25,12 +25,15 @@ from tests.refusals import refused
 pytestmark = pytest.mark.extended
 
 ROOT = Path(__file__).parents[2]
-LOCKS = ("requirements.lock", ".ci/requirements-cpu.lock", ".ci/requirements-cuda.lock")
+LOCKS = ("requirements.lock", ".ci/requirements-cuda.lock")
 MACHINES = (
     {"sys_platform": "linux", "platform_machine": "x86_64"},
     {"sys_platform": "linux", "platform_machine": "aarch64"},
     {"sys_platform": "darwin", "platform_machine": "arm64"},
 )
+
+USUAL = {"checkout-1", "part-1", "ziglang-4"}
+"""What a set-up of the small checkout installs in any case."""
 
 needs_make = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
 
@@ -110,14 +113,19 @@ def test_lock_file_names_all_that_the_installed_packages_need() -> None:
     assert len(seen) > 100
 
 
-def test_builds_for_the_cpu_are_of_the_locked_torch() -> None:
-    texts = [(ROOT / name).read_text(encoding="utf-8") for name in LOCKS[:2]]
-    assert LOCK.torch_version(texts[0]) == LOCK.torch_version(texts[1])
+def test_locked_torch_has_the_hashes_of_its_builds_for_the_cpu_once() -> None:
+    blocks = LOCK.blocks_of((ROOT / "requirements.lock").read_text(encoding="utf-8"))
+    (torch,) = (block for block in blocks if block.startswith("torch=="))
+    known = LOCK.CPU_BUILDS[torch.split()[0]]
+    assert [torch.count(one) for one in known] == [1] * len(known)
+    from_the_index = torch.replace(f"    --hash=sha256:{known[0]} \\\n", "")
+    assert LOCK.with_cpu_builds(from_the_index) == torch
 
 
-def test_builds_for_the_cpu_of_another_torch_are_refused() -> None:
-    with refused(SystemExit, "torch 2.1.0; expected 2.2.0", "sha256sum"):
-        LOCK._require_same_torch("a==1\ntorch==2.2.0 \\\n", "# of 2.0\ntorch==2.1.0+cpu \\\n")
+def test_torch_whose_builds_for_the_cpu_are_not_known_is_refused() -> None:
+    with refused(SystemExit, "torch==2.2.0 is locked", "sha256sum"):
+        LOCK.with_cpu_builds("torch==2.2.0 \\\n    --hash=sha256:12")
+    assert LOCK.with_cpu_builds("a==1") == "a==1"
 
 
 def test_blocks_of_a_lock_file_begin_where_a_package_does() -> None:
@@ -143,6 +151,11 @@ def build_editable(folder, settings=None, metadata=None):
             wheel.writestr(f"checkout-1.dist-info/{file}", text)
     return name
 """
+BUILD = """
+from pathlib import Path
+
+(Path(__file__).parent / "runtime").write_text("compiled")
+"""
 PROJECT = """
 [build-system]
 requires = []
@@ -155,9 +168,12 @@ version = "1"
 
 
 class Checkout:
-    """A Checkout has the project's Makefile, and lock files of three tiny packages. Final."""
+    """A Checkout has the project's Makefile, and lock files of a few tiny packages.
 
-    def __init__(self, folder: Path) -> None:
+    Its runtime, which the compiler ``ziglang`` would build, is one file. Final.
+    """
+
+    def __init__(self, folder: Path, compiler: str = "") -> None:
         self.folder = folder / "a checkout"
         self.wheels = folder / "wheels"
         self.folder.mkdir()
@@ -166,9 +182,24 @@ class Checkout:
         shutil.copy(ROOT / "Makefile", self.folder)
         (self.folder / "backend.py").write_text(BACKEND, encoding="utf-8")
         (self.folder / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
-        part, torch = self.wheel("part", "1"), self.wheel("torch", "2.0", "nvidia-x")
-        self.lock("requirements.lock", ("part==1", part), ("torch==2.0", torch))
+        build = self.folder / "slide_fmu/fmu/libraries/build.py"
+        build.parent.mkdir(parents=True)
+        build.write_text(compiler or BUILD, encoding="utf-8")
+        self.part = self.wheel("part", "1")
+        self.torch = self.wheel("torch", "2.0", "nvidia-x")
+        self.lock_all()
         self.lock(".ci/requirements-cuda.lock", ("nvidia-x==3", self.wheel("nvidia-x", "3")))
+
+    def lock_all(self) -> None:
+        """Write the lock file of all packages, whose torch may also be one for the CPU."""
+        zig = self.wheel("ziglang", "4")
+        torch = [self.torch, *self.wheels.glob("torch-2.0+cpu*.whl")]
+        self.lock(
+            "requirements.lock",
+            ("part==1", self.part),
+            ("torch==2.0", *torch),
+            ("ziglang==4", zig),
+        )
 
     def wheel(self, name: str, version: str, needs: str | None = None) -> Path:
         """Write a wheel without modules."""
@@ -185,17 +216,14 @@ class Checkout:
             archive.writestr(f"{stem}.dist-info/RECORD", "")
         return path
 
-    def lock(self, name: str, *packages: tuple[str, Path]) -> None:
+    def lock(self, name: str, *packages: tuple[str | Path, ...]) -> None:
         """Write a lock file of packages and their wheels."""
-        lines = [
-            f"{package} \\\n    --hash=sha256:{hashlib.sha256(wheel.read_bytes()).hexdigest()}\n"
-            for package, wheel in packages
-        ]
+        lines = []
+        for package, *wheels in packages:
+            sums = [hashlib.sha256(Path(wheel).read_bytes()).hexdigest() for wheel in wheels]
+            hashes = " \\\n".join(f"    --hash=sha256:{one}" for one in sums)
+            lines.append(f"{package} \\\n{hashes}\n")
         (self.folder / name).write_text("".join(lines), encoding="utf-8")
-
-    def lock_cpu(self, wheel: Path) -> None:
-        """Write the lock file of torch for the CPU."""
-        self.lock(".ci/requirements-cpu.lock", ("torch==2.0+cpu", wheel))
 
     def setup(self) -> subprocess.CompletedProcess[str]:
         """Call ``make setup`` with these wheels, without network, while .venv is activated.
@@ -228,42 +256,58 @@ class Checkout:
 @needs_make
 def test_setup_refuses_a_package_that_was_damaged(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
-    checkout.lock_cpu(checkout.wheels / "part-1-py3-none-any.whl")
     checkout.wheel("part", "1", "something")
-    said = checkout.setup()
-    assert said.returncode != 0
-    assert "DO NOT MATCH THE HASHES" in said.stderr
-    assert "part==1" in said.stderr
+    done = checkout.setup()
+    assert done.returncode != 0
+    assert "DO NOT MATCH THE HASHES" in done.stderr
+    assert "part==1" in done.stderr
     assert not (checkout.folder / ".venv" / "ready").exists()
 
 
 @needs_make
 def test_setup_installs_what_torch_needs_for_cuda_where_it_came_with_it(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
-    checkout.lock_cpu(checkout.wheels / "torch-2.0-py3-none-any.whl")
-    said = checkout.setup()
-    assert said.returncode == 0, said.stderr
-    assert checkout.installed() == {"checkout-1", "part-1", "torch-2.0", "nvidia_x-3"}
+    done = checkout.setup()
+    assert done.returncode == 0, done.stderr
+    assert checkout.installed() == {*USUAL, "torch-2.0", "nvidia_x-3"}
     assert (checkout.folder / ".venv" / "ready").exists()
+    assert (checkout.folder / "slide_fmu/fmu/libraries/runtime").exists()
 
 
 @needs_make
 def test_setup_takes_a_build_of_torch_for_the_cpu_where_there_is_one(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
-    checkout.lock_cpu(checkout.wheel("torch", "2.0+cpu"))
-    said = checkout.setup()
-    assert said.returncode == 0, said.stderr
-    assert checkout.installed() == {"checkout-1", "part-1", "torch-2.0+cpu"}
+    checkout.wheel("torch", "2.0+cpu")
+    checkout.lock_all()
+    done = checkout.setup()
+    assert done.returncode == 0, done.stderr
+    assert checkout.installed() == {*USUAL, "torch-2.0+cpu"}
+
+
+@needs_make
+def test_setup_refuses_a_build_of_torch_for_the_cpu_that_is_not_locked(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path)
+    checkout.wheel("torch", "2.0+cpu")
+    done = checkout.setup()
+    assert done.returncode != 0
+    assert "DO NOT MATCH THE HASHES" in done.stderr
 
 
 @needs_make
 def test_setup_fails_where_the_lock_files_miss_a_package(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path)
-    part = checkout.wheel("part", "1", "missing-one")
-    torch = checkout.wheel("torch", "2.0+cpu")
-    checkout.lock_cpu(torch)
-    checkout.lock("requirements.lock", ("part==1", part))
-    said = checkout.setup()
-    assert said.returncode != 0
-    assert "part 1 requires missing-one, which is not installed" in said.stdout
+    checkout.part = checkout.wheel("part", "1", "missing-one")
+    checkout.lock_all()
+    done = checkout.setup()
+    assert done.returncode != 0
+    assert "part 1 requires missing-one, which is not installed" in done.stdout
+    assert not (checkout.folder / ".venv" / "ready").exists()
+
+
+@needs_make
+def test_setup_fails_where_the_runtime_cannot_be_compiled(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path, "raise SystemExit('no such header')")
+    done = checkout.setup()
+    assert done.returncode != 0
+    assert "no such header" in done.stderr
     assert not (checkout.folder / ".venv" / "ready").exists()

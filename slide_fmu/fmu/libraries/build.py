@@ -79,7 +79,9 @@ SMALL = "-Os"
 """Optimisation outside ``HOT_FOLDERS``, where speed would only make FMUs larger. ``HOT_FOLDERS``
 take most of the time of a step."""
 
-LINK = ["-s", "-lm"]
+LINK = ["-s", "-lm", "-fno-sanitize=undefined"]
+"""Without the last one, zig compiles a library of its sanitizer for each target, which nothing
+uses."""
 LINK_OF = {
     "linux": ["-shared", "-Wl,-Bsymbolic", "-Wl,--gc-sections"],
     "windows": ["-shared", "-Wl,--gc-sections"],

@@ -42,7 +42,7 @@ GUESSED_NUMBER = 8
 
 LEAST_CALIBRATION = 20
 """The usual confidence of an error bound, 0.95, cannot be calibrated with fewer trajectories
-(``slide_fmu.bounds.calibration``)."""
+(``slide_fmu.bounds.judge``)."""
 
 GUESSED_N_OUT = 64
 """The first guess of an output window, in samples; an input window is three times as long."""

@@ -323,7 +323,7 @@ def floored(bounds: FloatArray, floors: FloatArray, disagreement: FloatArray) ->
 def least_trajectories(confidence: float) -> int:
     """Return the number of trajectories that the calibration for a confidence needs.
 
-    Of N trajectories a share of c (N + 1) / N must be covered (``slide_fmu.bounds.calibration``).
+    Of N trajectories a share of c (N + 1) / N must be covered (``slide_fmu.bounds.judge``).
     """
     return math.floor(confidence / (1 - confidence) + ROUNDING) + 1
 

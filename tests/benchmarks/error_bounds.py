@@ -23,7 +23,7 @@ import numpy as np
 from figures_out import measure_and_write
 from scipy.ndimage import uniform_filter1d
 
-from slide_fmu.bounds.calibration import conformal_factors
+from slide_fmu.bounds.judge import conformal_factors
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw

@@ -12,8 +12,8 @@ import pytest
 import torch
 from crepes import ConformalRegressor
 
+from slide_fmu.bounds import error_bound
 from slide_fmu.bounds import fit as fit_module
-from slide_fmu.bounds import head
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimate_use import useless_estimate
 from slide_fmu.bounds.fit import COMPANION, fit_surrogate
@@ -384,7 +384,7 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
 ) -> None:
     """Its head does not learn RMS errors here; the bound is the same without what they were."""
     recipe = RECIPE.model_copy(update={"bound": bound_of(estimate_span=0.4, steps=60)})
-    monkeypatch.setattr(head, "WEIGHT_OF_RMS", 0.0)
+    monkeypatch.setattr(error_bound, "WEIGHT_OF_RMS", 0.0)
     other = fitted(recipe, folder)
     assert not other.surrogate.estimates_errors
     remark = other.histories[BOUND].remark

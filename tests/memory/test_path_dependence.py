@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mbs_models.oscillators.oscillators import LinearOscillator
-from slide_fmu.memory import contradiction, motions
+from slide_fmu.memory import motions, sizing
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.motions import motions_of
@@ -147,11 +147,11 @@ def test_step_in_which_all_is_forgotten_is_named_as_the_reason(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As where milliseconds were meant: every motion has decayed at its first sample."""
-    monkeypatch.setattr(contradiction, "_rate_near_rest", lambda *_: None)
+    monkeypatch.setattr(sizing, "_rate_near_rest", lambda *_: None)
     slow, fast = (Decay(np.array([np.log(1e-3) / time]), 1e-3) for time in (140.0, 3.3))
     linearized: Any = SimpleNamespace(decay=fast, modes=SimpleNamespace(modes=()))
     about: Any = SimpleNamespace(system=SimpleNamespace(step=15.0))
-    found = contradiction.contradiction(about, linearized, slow)
+    found = sizing.contradiction(about, linearized, slow)
     assert found is not None
     assert found.startswith("window.step = 15 s is longer than 3.3 s")
 

@@ -16,7 +16,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.core.window import Window
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
-from slide_fmu.memory.contradiction import _rate_near_rest
+from slide_fmu.memory.sizing import _rate_near_rest
 from slide_fmu.pipeline.measurement import BEYOND, IN_RANGE, remarks_of_beyond, tasks
 from slide_fmu.propose import first_look
 from slide_fmu.recipe.case import case_of

@@ -272,11 +272,8 @@ class Plant:
             fine = method(self.mbs, self._settings)
             complaint = repr(solver.GetErrorString())
         except Exception as error:  # a user function of the system may raise anything
-            behind: BaseException | None = error
-            while behind is not None and not isinstance(behind, KeyboardInterrupt):
-                behind = behind.__cause__ or behind.__context__
-            if behind is not None:  # Ctrl-C within a step
-                raise behind from None
+            if (interrupt := _interrupt_behind(error)) is not None:  # Ctrl-C within a step
+                raise interrupt from None
             fine, complaint = False, raised_in_exudyn(error)
         if not fine:
             raise SimulationError(f"exudyn {failure}: {complaint}. {remedy}")
@@ -349,3 +346,10 @@ def raised_in_exudyn(error: BaseException) -> str:
     if error.__cause__ is None or place is None:
         return error_text(error)
     return f"{error_text(error.__cause__)} ({place[1]}, line {place[2]})"
+
+
+def _interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the interrupt that led to an error, at any distance; None without one."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error

@@ -80,6 +80,9 @@ SETTLING = (16, 48, 192, 768, 3072)
 LONG = Solver("LSODA", 1e-6)
 """Integrates until the system rests: its steps become long when little moves."""
 
+NEAR_END = 0.99
+"""After this part of a step, rounding might take an evenly moving input beyond its end."""
+
 Course = Callable[[float], tuple[FloatArray, FloatArray]]
 """Gives the inputs and their rates, (n_inputs,) each, at a time in s after the sample."""
 
@@ -117,7 +120,7 @@ class ModelEquations:
             SimulationError: the solver gave up, or the function failed.
         """
         first, rate = read_only(last), read_only((reached - last) / self.step)
-        moves, near = bool(rate.any()), 0.99 * self.step  # rounding passes no end before that
+        moves, near = bool(rate.any()), NEAR_END * self.step
         low, high = np.minimum(last, reached), np.maximum(last, reached)
 
         def course(time: float) -> tuple[FloatArray, FloatArray]:

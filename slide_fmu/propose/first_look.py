@@ -85,12 +85,26 @@ class FirstLookSettings:
         origin: origin of that step.
         excitation: makes the tables by which ranges of outputs are found; None if they are known.
         driven: whether the inputs are set points of drives or an angle.
+        only_step: the step in s whose multiples alone the model takes; None if it takes any.
     """
 
     specification: Specification
     origin: str
     excitation: MakeTables | None
     driven: bool = False
+    only_step: float | None = None
+
+    @property
+    def first_step(self) -> float:
+        """The step in s that is tried first."""
+        return self.specification.step or taken_step(FIRST_STEP, self.only_step)
+
+
+def taken_step(step: float, only: float | None) -> float:
+    """Return the step nearest to one that a model takes, in s: a multiple of its only step."""
+    if only is None:
+        return step
+    return float(f"{max(1, round(step / only)) * only:.10g}")
 
 
 def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
@@ -102,6 +116,7 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
         SimulationError: it fails with any step, or on more than a few motions.
     """
     step, origin, failed = _step(settings, part_of(progress, "step", at_most=True))
+    step = taken_step(step, settings.only_step)
     progress = part_of(progress)
     remarks = [] if failed is None else [failed]
     low = high = np.empty(0)
@@ -134,14 +149,15 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
     def make(step: float) -> System:
         return load_system(replace(given, step=step))
 
-    first = make(FIRST_STEP)
+    begin = settings.first_step
+    first = make(begin)
     if _is_free(first):
-        for step in (FIRST_STEP, 10 * FIRST_STEP, 100 * FIRST_STEP):  # it may move slowly
+        for step in (begin, 10 * begin, 100 * begin):  # it may move slowly
             if (lasts := path_dependence_without_recipe(make(step))) is not None:
                 raise NotForgettingError(str(lasts))
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
-    proposed = proposed_step(make, FIRST_STEP, progress, enough, settings.driven)
+    proposed = proposed_step(make, begin, progress, enough, settings.driven)
     seen, hold = proposed.bandwidth, hold_of(first.inputs)
     if fastest is not None and (seen is None or seen >= ABOVE_MODES * fastest):
         step = tidy_step(1.0 / (OWN_SAMPLES * fastest))

@@ -23,7 +23,14 @@ from slide_fmu.propose.draft_signals import (
     ranged_outputs,
     require_name,
 )
-from slide_fmu.propose.first_look import FirstLook, FirstLookSettings, MakeTables, look
+from slide_fmu.propose.first_look import (
+    FIRST_STEP,
+    FirstLook,
+    FirstLookSettings,
+    MakeTables,
+    look,
+    taken_step,
+)
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
@@ -37,8 +44,6 @@ from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import UNSIMULATED, describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
-FIRST_STEP = 0.01
-"""A model without a step is made with this one, in s, to see what it offers."""
 MOVING: tuple[InputKind, ...] = ("moving", "rates")
 """Kinds of inputs that may bend between samples."""
 SUBSTEPS, STAIRS = 4, 10
@@ -230,8 +235,9 @@ def _begin(options: InitOptions) -> ModelDeclarations:
         draft_outputs(found, options.outputs),
     )
     chain = proposed_chain(found.model, options.chain, inputs)
-    specification = _specification(found, inputs, outputs, options.step)
-    system = load_system(replace(specification, step=specification.step or FIRST_STEP))
+    specification = _specification(found, inputs, outputs, options)
+    first = taken_step(FIRST_STEP, _only_step(found, options))
+    system = load_system(replace(specification, step=specification.step or first))
     kind: InputKind = "set_points"
     if chain.path is None:
         kind = kind_of_inputs(system, in_loops=bool(options.loops))
@@ -243,6 +249,11 @@ def _begin(options: InitOptions) -> ModelDeclarations:
         default_excitation, inputs=kind, widths=widths, turning=turning, jumps=options.jumps
     )
     return ModelDeclarations(found, inputs, outputs, chain, specification, system, tables, kind)
+
+
+def _only_step(found: Declared, options: InitOptions) -> float | None:
+    """Return the step in s whose multiples alone a model takes; None if it takes any."""
+    return None if found.takes_any_step else options.fmu_step or found.step
 
 
 def _require_jumping(kind: InputKind, turning: bool) -> None:
@@ -264,7 +275,13 @@ def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progr
     found, system = declarations.declared, declarations.system
     excitation = None if declarations.own else declarations.tables
     driven = declarations.kind in ("set_points", "angle")
-    settings = FirstLookSettings(declarations.specification, _origin(options), excitation, driven)
+    settings = FirstLookSettings(
+        declarations.specification,
+        _origin(options),
+        excitation,
+        driven,
+        _only_step(found, options),
+    )
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress
     return guarded(system, (found.model, found.kind), look, settings, shown)
@@ -384,16 +401,21 @@ def _from_folder(model: str, folder: Path) -> str:
 
 
 def _specification(
-    found: Declared, inputs: list[DraftSignal], outputs: list[DraftSignal], step: float | None
+    found: Declared,
+    inputs: list[DraftSignal],
+    outputs: list[DraftSignal],
+    options: InitOptions,
 ) -> Specification:
     """Return the specification of the system; its step is None if it is to be proposed."""
     own, unseen = found.kind == "class", SignalTable(range=UNSEEN)
+    only = None if found.takes_any_step else options.fmu_step
     return Specification(
         found.model,
-        kind=found.kind,
-        step=found.step if step is None else step,
-        inputs={} if own else {signal.name: signal.table for signal in inputs},
-        outputs={} if own else {signal.name: unseen.over(signal.table) for signal in outputs},
+        {} if only is None else {"fmu-step": only},
+        found.step if options.step is None else options.step,
+        found.kind,
+        {} if own else {signal.name: signal.table for signal in inputs},
+        {} if own else {signal.name: unseen.over(signal.table) for signal in outputs},
     )
 
 

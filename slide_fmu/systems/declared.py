@@ -239,6 +239,8 @@ class Declared:
         step: sample step h in s that the model suggests; None where it suggests none.
         held_step: the step in s by which an importer runs it, its inputs held over it, where a
             co-simulation FMU names one and its inputs are not discrete.
+        takes_any_step: whether an importer may choose its steps; of a co-simulation FMU that does
+            not, it takes multiples of one step alone.
         remarks: one sentence for each assumption, for people.
         inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
             their start values.
@@ -251,5 +253,6 @@ class Declared:
     outputs: SignalTables = field(default_factory=dict)
     step: float | None = None
     held_step: float | None = None
+    takes_any_step: bool = True
     remarks: tuple[str, ...] = ()
     inputs_may_be_left_out: bool = False

@@ -119,6 +119,7 @@ def describe(model: str) -> Declared:
         tables_of(file, "output"),
         file.own_step,
         file.held_step if hold == "first_order" else None,
+        file.takes_any_step,
         _remarks_on(file),
         inputs_may_be_left_out=True,
     )

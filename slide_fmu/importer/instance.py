@@ -18,7 +18,7 @@ from fmpy.simulation import (
     settable_in_instantiated,
 )
 
-from slide_fmu.importer.description import is_fmi_3, start_time
+from slide_fmu.importer.description import experiment, is_fmi_3, start_time
 from slide_fmu.importer.errors import CoSimulationError, LostError
 from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.importer.log import SHOWN, callbacks_of_fmi2, logger
@@ -211,12 +211,15 @@ class Instance:
         Raises:
             CoSimulationError: it fails, ends early, or asks for the end of the simulation.
         """
-        if not self.fmi_3:
-            self._call("fmi2DoStep", self.calls.component, time, length, final)
-            return
-        event, terminate, early = self._flags
-        references = byref(event), byref(terminate), byref(early), byref(self._reached)
-        self._call("fmi3DoStep", self.calls.component, time, length, final, *references)
+        try:
+            if not self.fmi_3:
+                self._call("fmi2DoStep", self.calls.component, time, length, final)
+                return
+            event, terminate, early = self._flags
+            references = byref(event), byref(terminate), byref(early), byref(self._reached)
+            self._call("fmi3DoStep", self.calls.component, time, length, final, *references)
+        except FailedCallError as error:
+            raise self._at_end(error, time + length) from error
         if terminate.value or early.value:
             what = "asks for the end of the simulation" if terminate.value else "returned early"
             raise FailedCallError(
@@ -224,6 +227,17 @@ class Instance:
                 f"fmi3DoStep {what} at t = {self._reached.value:.9g} s; expected a step of "
                 f"{length:g} s from {time:.9g} s: choose a shorter step",
             )
+
+    def _at_end(self, error: FailedCallError, end: float) -> FailedCallError:
+        """Return the error of a step, which names the end of the experiment if it goes beyond."""
+        stop = experiment(self.fmu.description, "stopTime")
+        if stop is None or end <= stop:
+            return error
+        return type(error)(
+            self.label,
+            f"{error.reason}; its default experiment ends at {stop:g} s (stopTime), and the step "
+            f"at {end:.9g} s: where it goes no further, export it with a later end",
+        )
 
     def set_slopes(self, references: Sequence[int], slopes: Sequence[float]) -> None:
         """Set the first derivatives of inputs of FMI 2.0, in their units per s."""

@@ -1,0 +1,113 @@
+/* A lag as FMU of FMI 2.0 for co-simulation, which is strict in what it takes: one instance (ONLY_ONE),
+ * multiples of one step (ONLY_STEP), one start time (START), no time beyond an end (END). What is
+ * wrong it logs by a format and its numbers. Value references: 0 drive, 1 level. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "fmi2Functions.h"
+
+#define LAG 0.1
+
+typedef struct {
+    double drive, level, time;
+    const fmi2CallbackFunctions *callbacks;
+} Lag;
+
+static int alive = 0;
+
+#define REFUSE(calls, ...)                                                                          \
+    do {                                                                                            \
+        (calls)->logger((calls)->componentEnvironment, "lag", fmi2Error, "error", __VA_ARGS__);     \
+        return fmi2Error;                                                                           \
+    } while (0)
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+    return fmi2OK;
+}
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
+#ifdef ONLY_ONE
+    if (alive > 0) {
+        callbacks->logger(callbacks->componentEnvironment, name, fmi2Error, "error", "%d of %d instances are there",
+                          alive, 1);
+        return NULL;
+    }
+#endif
+    alive++;
+    Lag *lag = calloc(1, sizeof(Lag));
+    lag->callbacks = callbacks;
+    return lag;
+}
+void fmi2FreeInstance(fmi2Component c) {
+    alive--;
+    free(c);
+}
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop) {
+#ifdef START
+    if (start != START) REFUSE(((Lag *)c)->callbacks, "start time must be %g s, got %g s", START, start);
+#endif
+    ((Lag *)c)->time = start;
+    return fmi2OK;
+}
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    ((Lag *)c)->level = ((Lag *)c)->drive;
+    return fmi2OK;
+}
+fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) {
+    ((Lag *)c)->drive = ((Lag *)c)->level = 0.0;
+    return fmi2OK;
+}
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? ((Lag *)c)->drive : ((Lag *)c)->level;
+    return fmi2OK;
+}
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
+    for (size_t i = 0; i < n; i++) ((Lag *)c)->drive = v[i];
+    return fmi2OK;
+}
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real begin, fmi2Real step, fmi2Boolean forget) {
+    Lag *lag = c;
+    if (fabs(begin - lag->time) > 1e-9) REFUSE(lag->callbacks, "expected the time %g s, got %g s", lag->time, begin);
+#ifdef ONLY_STEP
+    if (fabs(step / ONLY_STEP - round(step / ONLY_STEP)) > 1e-6 || step < 0.5 * ONLY_STEP)
+        REFUSE(lag->callbacks, "a step of %g s is no multiple of %g s", step, ONLY_STEP);
+#endif
+#ifdef END
+    if (begin + step > END + 1e-9) REFUSE(lag->callbacks, "%.2f s is beyond the end", begin + step);
+#endif
+    lag->level += (1.0 - exp(-step / LAG)) * (lag->drive - lag->level);
+    lag->time = begin + step;
+    return fmi2OK;
+}
+
+/* What the FMU has not. */
+#define NOT_THERE(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
+NOT_THERE(fmi2GetInteger, fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[])
+NOT_THERE(fmi2GetBoolean, fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Boolean v[])
+NOT_THERE(fmi2GetString, fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2String v[])
+NOT_THERE(fmi2SetInteger, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer v[])
+NOT_THERE(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[])
+NOT_THERE(fmi2SetString, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[])
+NOT_THERE(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
+NOT_THERE(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
+NOT_THERE(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+NOT_THERE(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+NOT_THERE(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+NOT_THERE(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+NOT_THERE(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference u[], size_t n,
+          const fmi2ValueReference k[], size_t m, const fmi2Real along[], fmi2Real changes[])
+NOT_THERE(fmi2SetRealInputDerivatives, fmi2Component c, const fmi2ValueReference r[], size_t n,
+          const fmi2Integer o[], const fmi2Real v[])
+NOT_THERE(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference r[], size_t n,
+          const fmi2Integer o[], fmi2Real v[])
+NOT_THERE(fmi2CancelStep, fmi2Component c)
+NOT_THERE(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
+NOT_THERE(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
+NOT_THERE(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
+NOT_THERE(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v)
+NOT_THERE(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

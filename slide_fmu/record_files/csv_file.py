@@ -173,6 +173,21 @@ def find_format(path: Path, choice: Choice) -> CsvFormat:
     return CsvFormat(encoding, separator, decimal, own_units, tuple(dates), above[-1] + 2)
 
 
+def read_fields(path: Path) -> tuple[list[list[str]], str]:
+    """Return the fields of all lines of a text file but empty ones, and its decimal sign.
+
+    Separator and sign are found as for records, but names stay as they are written.
+
+    Raises:
+        RecordError: the file has fewer than two lines.
+        csv.Error: a field is too long.
+    """
+    encoding, lines = _first_lines(path, str(path))
+    separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
+    text = path.read_text(encoding=encoding, errors="replace")
+    return [_fields(line, separator) for line in text.splitlines() if line.strip()], decimal
+
+
 def _first_lines(path: Path, name: str) -> tuple[str, list[str]]:
     """Return the encoding of a file and its first lines, of which there are at least two."""
     with path.open("rb") as file:

@@ -67,7 +67,8 @@ def couple(
         Path | None,
         typer.Option(
             metavar="FILE.csv",
-            help="Table of other inputs, with columns time and COMPONENT.VARIABLE.",
+            help="Table of other inputs, with columns time and COMPONENT.VARIABLE, or connectors "
+            "of the system.",
         ),
     ] = None,
     given: Annotated[
@@ -119,17 +120,17 @@ def couple(
     folder = report or Path("runs") / system.stem / "couple"
     table = output or folder / "values.csv"
     with progress_bars() as bar, TemporaryDirectory(prefix="slide_fmu_") as unpacked:
-        found = read_ssp(system, Path(unpacked))
-        values = {**found.parameters, **numbers_of("set", given)}
-        courses = {} if inputs is None else read_inputs(inputs)
+        ssp = read_ssp(system, Path(unpacked))
+        values = {**ssp.parameters, **ssp.with_components(numbers_of("set", given))}
+        courses = {} if inputs is None else ssp.with_components(read_inputs(inputs))
         try:
-            checked = coupled_system(found.fmus, found.connections, values, courses)
+            checked = coupled_system(ssp.fmus, ssp.connections, values, courses)
         except FmuError as found_wrong:  # users know the place in the SSP
             raise FmuError(str(found_wrong).replace(unpacked, str(system))) from None
         except ValueError as found_wrong:
             raise ValueError(f"{system}: {found_wrong}") from None
-        require_units(checked, found.units)
-        end = stop if stop is not None else found.stop
+        require_units(checked, ssp.units)
+        end = stop if stop is not None else ssp.stop
         if end is None:
             raise ValueError(f"{system} names no end; expected one: give --stop in s")
         options = CouplingOptions.of(
@@ -141,10 +142,10 @@ def couple(
             control=control,
             error=error,
             moving=tuple(moving or ()),
-            record=record or None,
+            record=[ssp.outputs.get(name, name) for name in record or ()] or None,
         )
         _make_places(folder, table)
-        result = run_coupled(checked, options, bar("couple"))
+        result = run_coupled(checked, options, bar("couple")).with_names(ssp.outputs)
         result.write(table)
         page = coupled_report(system.stem, result, checked).write(folder)
     write_json(json_path, result.figures)

@@ -42,6 +42,7 @@ def remarks_on(
 ) -> list[str]:
     """Return remarks on a run that has ended, a sentence each."""
     return [
+        *_on_start_times(components),
         *_on_open_inputs(system),
         *_on_replaced_values(system),
         *_on_tables(system, options),
@@ -51,6 +52,16 @@ def remarks_on(
         *_on_ranges(system, run),
         *_on_flags(components, run),
     ]
+
+
+def _on_start_times(components: Sequence[Component]) -> Iterator[str]:
+    """Say which FMUs do not begin at 0 s."""
+    for one in components:
+        if one.instance.begin != 0.0:
+            yield (
+                f"{one.name} begins at {one.instance.begin:g} s of its own time, the startTime of "
+                "its default experiment, when the run is at 0 s"
+            )
 
 
 def _on_open_inputs(system: CoupledSystem) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +66,13 @@ class Coupled:
     def __getitem__(self, name: str) -> FloatArray:
         """Return the values of ``COMPONENT.VARIABLE``."""
         return self.values[name]
+
+    def with_names(self, names: Mapping[str, str]) -> Coupled:
+        """Return the result with further names of its values, each with the present one."""
+        known = {name: one for name, one in names.items() if one in self.values}
+        values = {**self.values, **{name: self.values[one] for name, one in known.items()}}
+        units = {**self.units, **{name: self.units[one] for name, one in known.items()}}
+        return replace(self, values=values, units=units)
 
     def write(self, path: str | Path) -> Path:
         """Write a table as CSV, with a column for the time and for each value; return its path."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import posixpath
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
@@ -20,6 +21,9 @@ from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.ssp import DESCRIPTION, STRUCTURE, Connection, write_system
 from slide_fmu.cosim.ssv import parameters_of, units_of
 from slide_fmu.importer.description import REALS
+from slide_fmu.record_files.csv_file import read_fields
+
+Value = TypeVar("Value")
 
 SSD = f"{{{DESCRIPTION}}}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
@@ -35,6 +39,8 @@ class SspSystem:
         connections: pairs of ``COMPONENT.VARIABLE``.
         parameters: start values by ``COMPONENT.VARIABLE``.
         units: the units that it names for some of them.
+        inputs: the inputs ``COMPONENT.VARIABLE`` that each connector of the system leads to.
+        outputs: the output ``COMPONENT.VARIABLE`` of each connector of the system.
         stop: end time in s of its default experiment; None without one.
     """
 
@@ -42,7 +48,17 @@ class SspSystem:
     connections: list[tuple[str, str]]
     parameters: Mapping[str, float]
     units: Mapping[str, str]
+    inputs: Mapping[str, Sequence[str]]
+    outputs: Mapping[str, str]
     stop: float | None
+
+    def with_components(self, values: Mapping[str, Value]) -> dict[str, Value]:
+        """Return values of inputs by component, of which some are named by a connector."""
+        return {
+            place: value
+            for name, value in values.items()
+            for place in self.inputs.get(name, (name,))
+        }
 
 
 def read_ssp(path: Path, folder: Path) -> SspSystem:
@@ -106,10 +122,24 @@ def _read(
         values, named = _parameters(path, component, archive)
         parameters.update({f"{name}.{key}": value for key, value in values.items()})
         units.update({f"{name}.{key}": unit for key, unit in named.items()})
-    connections = [
-        _connection(path, c) for c in system.findall(f"{SSD}Connections/{SSD}Connection")
-    ]
-    return SspSystem(fmus, connections, parameters, units, _stop(path, root))
+    connections, inputs, outputs = _connections(path, system)
+    return SspSystem(fmus, connections, parameters, units, inputs, outputs, _stop(path, root))
+
+
+def _connections(
+    path: Path, system: ElementTree.Element
+) -> tuple[list[tuple[str, str]], dict[str, list[str]], dict[str, str]]:
+    """Return connections of components, and those of the system's connectors, as SspSystem has."""
+    connections, inputs, outputs = [], defaultdict[str, list[str]](list), dict[str, str]()
+    for element in system.findall(f"{SSD}Connections/{SSD}Connection"):
+        start, end = _connection(path, element)
+        if element.get("startElement") is None:
+            inputs[start].append(end)
+        elif element.get("endElement") is None:
+            outputs[end] = start
+        else:
+            connections.append((start, end))
+    return connections, inputs, outputs
 
 
 def _stop(path: Path, root: ElementTree.Element) -> float | None:
@@ -136,16 +166,19 @@ def _stop(path: Path, root: ElementTree.Element) -> float | None:
 
 
 def _connection(path: Path, connection: ElementTree.Element) -> tuple[str, str]:
-    """Return the ends of a connection; the end of which is an input is known later."""
+    """Return the ends of a connection; the end of which is an input is known later.
+
+    A connector of the system has its name alone.
+    """
     start, end = (
         (connection.get(f"{side}Element"), connection.get(f"{side}Connector"))
         for side in ("start", "end")
     )
     names = [f"{element}.{name}" if element else str(name) for element, name in (start, end)]
-    if start[0] is None or end[0] is None:
+    if start[0] is None and end[0] is None:
         raise ValueError(
-            f"{path}: the connection {names[0]} to {names[1]} leads to a connector of the system; "
-            "expected components alone: give inputs by --inputs, and remove it"
+            f"{path}: the connection {names[0]} to {names[1]} has connectors of the system at "
+            "both ends; expected a component at one of them: remove it"
         )
     if None in (start[1], end[1]):
         side = "startConnector" if start[1] is None else "endConnector"
@@ -250,21 +283,18 @@ def _of_type(system: CoupledSystem, pin: Pin, value: Any) -> float | bool:
 
 
 def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Read a table of inputs over time, as ``couple`` takes them.
+    """Read a table of inputs over time, as ``couple`` takes them; separators are found.
 
     Raises:
         ValueError: it has no column ``time`` first, two columns of one name, or a row with
             something else than numbers.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:  # Excel begins files with a mark
-            heading, *rows = list(csv.reader(file, skipinitialspace=True)) or [[]]
-    except (csv.Error, UnicodeDecodeError) as error:
+        (heading, *rows), decimal = read_fields(path)
+    except csv.Error as error:
         raise ValueError(
-            f"{path} cannot be read ({error}); expected a table of comma-separated values in UTF-8"
+            f"{path} cannot be read ({error}); expected a table of separated values"
         ) from error
-    if len(heading) >= 2 and heading[0] == "time" and not rows:
-        raise ValueError(f"{path} has no rows; expected numbers below the names of its columns")
     if len(heading) < 2 or heading[0] != "time":
         raise ValueError(
             f"{path} begins with the columns {heading}; expected time, then COMPONENT.VARIABLE "
@@ -275,13 +305,14 @@ def read_inputs(path: Path) -> dict[str, tuple[FloatArray, FloatArray]]:
             f"{path} has the columns {twice} more than once; expected one for each input: remove "
             "the others"
         )
-    rows = [row for row in rows if row]
+    values = []
     for line, row in enumerate(rows, start=2):
         try:
-            if len([float(cell) for cell in row]) == len(heading):
-                continue
+            numbers = [float(cell.replace(decimal, ".")) for cell in row]
         except ValueError:
-            pass
-        raise ValueError(f"{path}, line {line}: {row}; expected {len(heading)} numbers")
-    table = np.array(rows, dtype=np.float64)
+            numbers = []
+        if len(numbers) != len(heading):
+            raise ValueError(f"{path}, line {line}: {row}; expected {len(heading)} numbers")
+        values.append(numbers)
+    table = np.array(values)
     return {name: (table[:, 0], table[:, i]) for i, name in enumerate(heading) if i}

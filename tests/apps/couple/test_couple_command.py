@@ -146,7 +146,11 @@ def test_booleans_and_integers_keep_their_types_in_a_parameter_set() -> None:
     ("old", "new", "words"),
     [
         ("resources/upper.fmu", "upper.fmu", ("'upper'", "expected an FMU")),
-        ('startElement="lower" ', "", ("force to upper.force", "connector of the system")),
+        (
+            'startElement="lower" startConnector="force" endElement="upper"',
+            'startConnector="force"',
+            ("force to force", "connectors of the system at both ends"),
+        ),
         ("<Elements>", '<Elements><System name="inner"/>', ("System 'inner'",)),
         ("</System>", "", ("not an SSP file",)),
         ('name="upper" source', 'name="lower" source', ("two components 'lower'",)),
@@ -209,14 +213,40 @@ def test_recorded_inputs_of_an_ssp_are_held_as_they_are(tmp_path: Path, method: 
     assert table["surrogate.position"][1:] == pytest.approx(expected, abs=1e-5)
 
 
+def test_connectors_of_the_system_are_its_inputs_and_outputs(
+    halves: dict[str, Path], tmp_path: Path
+) -> None:
+    """In a table with semicolons and decimal commas; the same as with names of components."""
+    ends = (
+        '<Connection startConnector="ground" endElement="lower" endConnector="road"/>'
+        '<Connection startElement="upper" startConnector="position" endConnector="height"/>'
+    )
+    structure = STRUCTURE.replace("</Connections>", f"{ends}</Connections>")
+    path = write_car(tmp_path / "car.ssp", halves, structure)
+    tables = []
+    for name, text in (
+        ("ground", "time;ground\n0;0,01\n1;0,02"),
+        ("road", "time,lower.road\n0,0.01\n1,0.02"),
+    ):
+        inputs, output = tmp_path / f"{name}.csv", tmp_path / f"{name}_out.csv"
+        inputs.write_text(text, encoding="utf-8")
+        options = ("--inputs", inputs, "--moving", "lower", "-o", output, "--report", tmp_path)
+        result = invoke("couple", path, "--step", 0.02, *options)
+        assert result.exit_code == 0, result.output
+        tables.append(np.genfromtxt(output, delimiter=",", names=True, deletechars=""))
+    np.testing.assert_array_equal(tables[0], tables[1])
+    np.testing.assert_array_equal(tables[0]["height"], tables[0]["upper.position"])
+    assert np.ptp(tables[0]["height"]) > 0
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
         ("t,lower.road\n0,0\n", ("columns ['t'", "expected time")),
         ("time,lower.road\n0,x\n", ("line 2", "expected 2 numbers")),
         ("time,lower.road,lower.road\n0,1,2\n", ("['lower.road'] more than once",)),
-        ("time,lower.road\n", ("has no rows", "expected numbers")),
-        (f"time,lower.road\n0,{'1' * 200_000}\n", ("cannot be read", "UTF-8")),
+        ("time,lower.road\n", ("has 1 lines", "expected a header")),
+        (f"time,lower.road\n0,{'1' * 200_000}\n", ("cannot be read",)),
         ("\ufefftime,lower.road\n0,x\n", ("line 2",)),  # the mark of Excel is no part of a name
     ],
 )

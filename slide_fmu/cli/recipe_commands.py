@@ -314,10 +314,8 @@ def train(
 
     with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
-        job.folder.require_free()
         check_window(checked(job))
-        with job.folder.alone():
-            figures = train_surrogate(job, threads).figures()
+        figures = train_surrogate(job, threads).figures()
     write_json(json_path, figures)
     print_sizes(figures.sizes_tried, figures.explanations, console)
     show_remark(figures.remark)

@@ -26,6 +26,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
+from slide_fmu.pipeline.time_left import TimeLeft
 from slide_fmu.recipe.against_system import load_picture
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.fmu_description import FmuDescription
@@ -82,25 +83,24 @@ def run_recipe(
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
         ShortWindowError: the window is too short for the system.
-        StageError: another program works in the run folder, or the FMU would be written over its
-            own reference.
+        StageError: the FMU would be written over its own reference.
         StoreError: the trajectories in the run folder were made from other values.
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
-    job.folder.require_free()  # sizing may take a minute
     require_another(job.folder.fmu(job.recipe), job.recipe)
     job, place = checked(job), Workplace(workers)
     sizing = check_window(job)  # before anything is made
-    with job.folder.alone():
-        job = choose_numbers(job, place, overwrite)
-        data = generate_data(job, place)
-        training = train_surrogate(job, threads)
-        if not (data.made_now or training.made_now):
-            job.tell("Data and training were finished already; only the measuring is left to do.")
-        origin = provenance(job, training.trained.versions)
-        wanted = tasks(job.recipe, seed, trajectories)
-        return measure_trained(job, training.trained, origin, sizing, wanted, workers)
+    clock = TimeLeft(job.recipe, bool(job.open_keys), workers, job.tell)
+    job = replace(job, bar=clock.watched(job.bar))
+    job = choose_numbers(job, place, overwrite)
+    data = generate_data(job, place)
+    training = train_surrogate(job, threads)
+    if not (data.made_now or training.made_now):
+        job.tell("Data and training were finished already; only the measuring is left to do.")
+    origin = provenance(job, training.trained.versions)
+    wanted = tasks(job.recipe, seed, trajectories)
+    return measure_trained(job, training.trained, origin, sizing, wanted, workers)
 
 
 def measure_trained(

@@ -1,20 +1,19 @@
-"""A run folder holds the work on one recipe, which can be resumed stage by stage."""
+"""A run folder holds the work on one recipe, which can be resumed stage by stage.
+
+Nothing is locked. Every file is written whole, and every result is kept under the key of what
+decides it, so that programs which work in one folder at the same time write the same.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import os
-import socket
-import threading
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from slide_fmu.core.files import FullDiskError, write_whole, writing
-from slide_fmu.core.progress import Stages, quiet
+from slide_fmu.core.files import write_whole
 from slide_fmu.core.result_cache import ResultFile
-from slide_fmu.data.claims import locked
 from slide_fmu.fitting.history import History
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.automatic import Tables
@@ -22,12 +21,9 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
-TOGETHER_PATIENCE = 30.0
-"""Time in s that a program waits for others that begin to work together with it."""
-
 
 class StageError(ValueError):
-    """A stage is called before the one it builds on, or while another program does one."""
+    """A stage is called before the one it builds on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,74 +73,6 @@ class RunFolder:
                 f"{there} is a file; expected a folder, since the work on the recipe is kept in "
                 f"{self.path}: move the file away, or work in another folder (--runs FOLDER)"
             )
-
-    def require_free(self) -> None:
-        """Raise a StageError where another program works in the folder now; write nothing."""
-        if self.path.exists():
-            with self.alone():
-                pass
-
-    @contextmanager
-    def alone(self) -> Iterator[None]:
-        """Keep other programs from working in the folder, until the block or this program ends.
-
-        Raises:
-            StageError: another program works in it.
-            ClaimError: the disk cannot lock files.
-        """
-        with self._gate():
-            for mark in self._marks.glob("*"):
-                with locked(mark) as ended:
-                    if not ended:
-                        raise self._taken(_program(mark.name))
-            yield
-
-    @contextmanager
-    def together(self, bar: Stages = lambda _: quiet) -> Iterator[None]:
-        """Work in the folder together with other programs, until the block or this program ends.
-
-        No program may work there alone meanwhile. The bar shows which program this one waits for.
-
-        Raises:
-            StageError: another program works there alone.
-            ClaimError: the disk cannot lock files.
-        """
-        with ExitStack() as work:
-            with self._gate(bar, TOGETHER_PATIENCE):  # others pass through it too, one by one
-                self._marks.mkdir(exist_ok=True)
-                work.enter_context(locked(self._marks / _me()))
-            yield
-
-    @contextmanager
-    def _gate(self, bar: Stages = lambda _: quiet, patience: float = 0.0) -> Iterator[None]:
-        """Let one program at a time into the block; it leaves its name there meanwhile."""
-        self.path.mkdir(parents=True, exist_ok=True)
-        place, named = self.path / ".lock", self.path / ".locked_by"
-        with ExitStack() as work:
-            free = work.enter_context(locked(place))
-            if not free and patience:
-                waiting = bar(f"waiting for another slide-fmu here ({_described(named)})")
-                waiting(0, 1)
-                free = work.enter_context(locked(place, patience))
-                waiting(1, 1)
-            if not free:
-                raise self._taken(_described(named))
-            work.callback(named.unlink, missing_ok=True)
-            # on a full disk the work itself reports what it cannot write
-            with suppress(FullDiskError), writing(named):
-                named.write_text(_me(), encoding="utf-8")
-            yield
-
-    def _taken(self, by: str) -> StageError:
-        return StageError(
-            f"another program works in {self.path} ({by}); expected none: wait until it "
-            "has finished, or work in another folder (--runs FOLDER)"
-        )
-
-    @property
-    def _marks(self) -> Path:
-        """Programs that work together keep a locked file each here."""
-        return self.path / ".together"
 
     @property
     def store(self) -> Path:
@@ -240,30 +168,6 @@ class RunFolder:
                 "training was stopped while it wrote them; train again (slide-fmu train RECIPE)"
             )
         return Trained(Surrogate.from_bytes(data), record.histories, record.versions)
-
-
-def _me() -> str:
-    """Name this thread of this process of this machine."""
-    return f"{socket.gethostname()}.{os.getpid()}.{threading.get_ident()}"
-
-
-def _program(name: str) -> str:
-    """Describe the process of a name made by ``_me``."""
-    host, _, process = name.rpartition(".")[0].rpartition(".")
-    return f"process {process}" + ("" if host == socket.gethostname() else f" on {host}")
-
-
-def _described(place: Path) -> str:
-    """Describe the process that a file names."""
-    try:
-        name = place.read_text(encoding="utf-8")
-    except OSError:
-        name = ""
-    return (
-        _program(name)
-        if name
-        else "its number is not known: it begins or ends, or the disk is full"
-    )
 
 
 def _learnt(recipe: Tables) -> Tables:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -274,8 +273,7 @@ def generate_recipe(
 ) -> DataFigures:
     """Make the trajectories of a recipe, and return the figures of ``generate_data``.
 
-    Several programs may do so in one run folder. To find numbers that the recipe leaves open, or
-    to remove a store, a program must be alone there.
+    Several programs may do so in one run folder.
 
     Args:
         job: the recipe and its run folder.
@@ -288,14 +286,10 @@ def generate_recipe(
         ClusterError: the cluster cannot be used.
         LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
             in ``check_window``, ``choose_numbers`` and ``generate_data``.
-        StageError: another program works in the run folder alone.
         ValueError: both workers and executor are given, or the address is invalid.
     """
     place = Workplace(workers, executor)
     job = checked(job)
     check_window(job)
-    is_open = "data.train" in job.open_keys
-    with job.folder.alone() if is_open or overwrite else nullcontext():
-        job = choose_numbers(job, place, overwrite)
-    with job.folder.together(job.bar):
-        return generate_data(job, place)
+    job = choose_numbers(job, place, overwrite)
+    return generate_data(job, place)

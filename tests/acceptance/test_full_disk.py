@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.fmu.export import read_fmu
 from tests.acceptance.conftest import SMALL_LINEAR, Finished, invoke
 from tests.limits import fill, small_disk
 
@@ -19,9 +19,6 @@ pytestmark = pytest.mark.extended
 RECIPE = SMALL_LINEAR.replace("steps = 1200", "steps = 40").replace(
     "validate_every = 300", "validate_every = 20"
 )
-
-LOCKS = ".lock", ".together"
-"""What programs lock in a run folder, alone or with others, has these names."""
 
 
 @pytest.fixture
@@ -43,8 +40,8 @@ def refused(*arguments: object) -> str:
 
 
 def unfinished(folder: Path) -> list[str]:
-    """Name what was written beside its place, and would have been renamed; locks stay."""
-    names = [path.name for path in folder.rglob("*") if path.name not in LOCKS]
+    """Name what was written beside its place, and would have been renamed."""
+    names = [path.name for path in folder.rglob("*")]
     return [name for name in names if name.startswith(".") or "partial" in name]
 
 
@@ -71,6 +68,15 @@ def test_every_stage_names_a_full_disk_and_goes_on_when_there_is_room(disk: Path
     assert not (folder / "small_linear.fmu").exists()
     filling.unlink()
     assert invoke("export", *call).exit_code == 0
+    assert unfinished(folder) == []
+
+    fmu, few = folder / "small_linear.fmu", ("--trajectories", 1, "--workers", 1)
+    filling, before = fill(disk), fmu.read_bytes()
+    refused("run", *call, *few)
+    assert fmu.read_bytes() == before
+    filling.unlink()
+    assert invoke("run", *call, *few).exit_code == 0
+    assert "measured" in (read_fmu(fmu)[1] or {})
     assert unfinished(folder) == []
 
 
@@ -113,19 +119,3 @@ def test_fmu_that_is_there_stays_whole_where_the_disk_is_full(
     assert fmu.read_bytes() == before
     with zipfile.ZipFile(fmu) as archive:
         assert archive.testzip() is None
-
-
-def test_name_of_a_program_is_left_out_on_a_full_disk_and_no_other_error_is_hidden(
-    disk: Path, tmp_path: Path
-) -> None:
-    """Who works in a folder is only told to others; a place that cannot be written to is named."""
-    (disk / "run").mkdir()
-    fill(disk)
-    with RunFolder(disk / "run").alone():
-        pass
-    assert unfinished(disk) == []
-    in_the_way = tmp_path / "run" / ".locked_by"
-    in_the_way.parent.mkdir()
-    in_the_way.symlink_to(tmp_path / "nowhere" / "file")  # it can be removed, not written to
-    with pytest.raises(OSError, match=r"\.locked_by"), RunFolder(in_the_way.parent).alone():
-        pass

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from slide_fmu.core.progress import Progress
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.core.search_path import make_importable, make_models_importable
-from slide_fmu.pipeline import run_folder
 from slide_fmu.pipeline.run_folder import RunFolder, StageError, Trained
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
@@ -60,59 +56,6 @@ def test_another_system_or_training_needs_another_surrogate(
 ) -> None:
     with refused(StageError, "was trained from other values"):
         folder.load_surrogate(tiny_recipe(**changes))
-
-
-HOLDER = """
-import sys, time
-from pathlib import Path
-from slide_fmu.pipeline.run_folder import RunFolder
-with RunFolder(Path(sys.argv[1])).alone():
-    print("held", flush=True)
-    time.sleep(60)
-"""
-
-
-def test_folder_in_which_another_program_works_is_refused_until_that_ends(tmp_path: Path) -> None:
-    folder = RunFolder(tmp_path / "runs" / "x")
-    other = subprocess.Popen(
-        [sys.executable, "-c", HOLDER, str(folder.path)], stdout=subprocess.PIPE, text=True
-    )
-    try:
-        assert other.stdout is not None
-        assert other.stdout.readline() == "held\n"
-        with pytest.raises(StageError, match=rf"works in .*x \(process {other.pid}\); .*--runs"):
-            folder.alone().__enter__()
-    finally:
-        other.kill()
-        other.communicate()
-    with folder.alone():  # a program that was killed keeps nothing
-        pass
-
-
-def test_folder_is_found_to_be_taken_before_anything_is_made(tmp_path: Path) -> None:
-    folder = RunFolder(tmp_path / "x")
-    folder.require_free()
-    assert not folder.path.exists()
-    with folder.alone(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
-        folder.require_free()
-    folder.require_free()
-
-
-def test_who_waits_for_another_program_says_so_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(run_folder, "TOGETHER_PATIENCE", 0.1)
-    folder, shown = RunFolder(tmp_path / "x"), list[tuple[str, int]]()
-
-    def bar(stage: str) -> Progress:
-        return lambda done, total, error=None: shown.append((stage, done))
-
-    with folder.alone(), pytest.raises(StageError, match=rf"\(process {os.getpid()}\)"):
-        folder.together(bar).__enter__()
-    assert shown[0] == (f"waiting for another slide-fmu here (process {os.getpid()})", 0)
-    shown.clear()
-    with folder.together(bar):
-        assert shown == []
 
 
 def test_training_is_known_by_its_key_alone(folder: RunFolder) -> None:

@@ -57,8 +57,7 @@ def compare(
     with progress_bars(GOES_ON) as bar:
         terms = Terms(budget, UNSEEN_SEED, trajectories, workers)
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
-        with job.folder.alone():
-            figures, page = compare_recipe(job, terms)
+        figures, page = compare_recipe(job, terms)
     console.print(
         f"Errors are relative RMSE on {figures.trajectories} unseen trajectories (seed "
         f"{figures.seed}). Each training had at most {duration(figures.budget_s)} of CPU time."

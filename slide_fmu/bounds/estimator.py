@@ -24,7 +24,7 @@ from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.stored_split import Split
-from slide_fmu.features.base import BEFORE, Offered
+from slide_fmu.features.base import BEFORE, FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feed_forward import FeedForwardModule
@@ -149,7 +149,7 @@ def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Object
 
 def fit_estimator(
     surrogate: Surrogate,
-    offered: Offered,
+    offered: FeatureOffer,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     checkpoint: Path,
@@ -248,7 +248,7 @@ class _Errors:
 
 def _errors_along(
     surrogate: Surrogate,
-    offered: Offered,
+    offered: FeatureOffer,
     splits: tuple[Split, Split],
     recipe: EstimatorRecipe,
     device: torch.device,

@@ -30,8 +30,8 @@ weighted sum. Shapes are those of results and arguments."""
 
 
 @dataclass(frozen=True, eq=False)
-class Offered:
-    """An Offered holds what a system offers to the sets of features.
+class FeatureOffer:
+    """A FeatureOffer holds what a system offers to the sets of features.
 
     Attributes:
         inputs: the input signals, in channel order.
@@ -89,7 +89,7 @@ class Features(abc.ABC):
 
     @classmethod
     @abc.abstractmethod
-    def of_system(cls, names: tuple[str, ...], offered: Offered) -> Features:
+    def of_system(cls, names: tuple[str, ...], offered: FeatureOffer) -> Features:
         """Make the set for the inputs of a system; it must have the signals with these names.
 
         Raises:

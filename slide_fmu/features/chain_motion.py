@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
+from slide_fmu.features.base import BEFORE, FeatureOffer, Features, PullBack
 from slide_fmu.features.drive_law import DriveLaw
 from slide_fmu.features.serial_chain import SerialChain, part_shapes
 
@@ -91,7 +91,7 @@ class ChainMotion(Features):
         self.blocks = {name: width or n for name, width in self.WIDTHS.items()}
 
     @classmethod
-    def of_system(cls, names: tuple[str, ...], offered: Offered) -> ChainMotion:
+    def of_system(cls, names: tuple[str, ...], offered: FeatureOffer) -> ChainMotion:
         """Make the set on the set points of the system's serial chain."""
         if offered.chain is None:
             raise ValueError(

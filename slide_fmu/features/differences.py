@@ -9,7 +9,7 @@ import numpy as np
 
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
+from slide_fmu.features.base import BEFORE, FeatureOffer, Features, PullBack
 
 MAX_DIFFERENCES = 2
 """Highest order of the differences."""
@@ -44,7 +44,7 @@ class Differences(Features):
         self.blocks = dict.fromkeys(self.NAMES[: order + 1], n_channels)
 
     @classmethod
-    def of_system(cls, names: tuple[str, ...], offered: Offered) -> Differences:
+    def of_system(cls, names: tuple[str, ...], offered: FeatureOffer) -> Differences:
         """Make the set up to the highest order that the names contain."""
         return cls(len(offered.inputs), max(cls.NAMES.index(name) for name in names))
 

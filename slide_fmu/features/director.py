@@ -10,12 +10,12 @@ import numpy as np
 from slide_fmu.core.byte_reader import Reader
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal, period_of
-from slide_fmu.features.base import BEFORE, Features, Offered, PullBack
+from slide_fmu.features.base import BEFORE, FeatureOffer, Features, PullBack
 from slide_fmu.features.differences import add_differences
 
 OTHER, ANGLE, COSINE, SINE = range(4)
 """Kinds of inputs, by their numbers in files."""
-FAR = math.pi / 2
+LARGE_ANGLE = math.pi / 2
 """An angle with a smaller half range, in rad, changes its direction so little that it is
 scaled."""
 
@@ -65,12 +65,12 @@ class Director(Features):
         n, others = len(self._angles), len(self._others)
         counts = dict(zip(self.NAMES, (2 * n, n, n, others, others), strict=True))
         self.blocks = {name: count for name, count in counts.items() if count}
-        near = any(abs(scaling.scale[i]) < FAR for i in self._angles if kinds[i] == ANGLE)
+        near = any(abs(scaling.scale[i]) < LARGE_ANGLE for i in self._angles if kinds[i] == ANGLE)
         self.bounded = frozenset({"others"} if near else {"direction", "others"})
         self.centred = frozenset({"direction"} if near else ())
 
     @classmethod
-    def of_system(cls, names: tuple[str, ...], offered: Offered) -> Director:
+    def of_system(cls, names: tuple[str, ...], offered: FeatureOffer) -> Director:
         """Make the set for inputs that contain angles: single ones (``period_of``), or pairs."""
         kinds = kinds_of(offered.inputs)
         if set(kinds) == {OTHER}:

@@ -56,11 +56,11 @@ class DriveLaw:
                 [1.0, 0.0],
             ),
         }
-        for what, (found, wanted) in demands.items():
-            if max(abs(a - b) for a, b in zip(found, wanted, strict=True)) > EXACT:
-                sums = "sums" if len(wanted) == 3 else "rate and acceleration under a unit ramp"
+        for what, (sums, wanted) in demands.items():
+            if max(abs(a - b) for a, b in zip(sums, wanted, strict=True)) > EXACT:
+                kind = "sums" if len(wanted) == 3 else "rate and acceleration under a unit ramp"
                 raise ValueError(
-                    f"drive law {self}: {sums} {found}; expected {wanted}, those of {what}"
+                    f"drive law {self}: {kind} {sums}; expected {wanted}, those of {what}"
                 )
 
     @classmethod

@@ -28,7 +28,7 @@ import struct
 
 from slide_fmu.core.byte_reader import Reader, indices_bytes
 from slide_fmu.core.scaling import Affine
-from slide_fmu.features.base import Features, Offered
+from slide_fmu.features.base import FeatureOffer, Features
 from slide_fmu.features.chain_motion import ChainMotion
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import Director
@@ -41,7 +41,7 @@ LINEAR_NAMES = tuple(name for kind in SETS if kind.linear for name in kind.NAMES
 """Names of all features that change their sign with the inputs."""
 
 
-def feature_set(names: tuple[str, ...], offered: Offered) -> Features:
+def feature_set(names: tuple[str, ...], offered: FeatureOffer) -> Features:
     """Make the set that contains all these signals, at least one, for the inputs of a system.
 
     Raises:

@@ -86,11 +86,7 @@ def _read(path: Path) -> Robot:
 
 
 def _in_order(path: Path, robot: Robot, links: dict[str, Link]) -> list[Joint]:
-    """Return all joints, starting at the base.
-
-    Raises:
-        UrdfError: they do not form a single row, or one is of a type that a chain cannot have.
-    """
+    """Return all joints, starting at the base."""
     behind: dict[str, Joint] = {}
     for joint in robot.joints:
         unknown = [name for name in (joint.parent, joint.child) if name not in links]

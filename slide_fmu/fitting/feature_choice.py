@@ -6,7 +6,7 @@ import numpy as np
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.features.sets import LINEAR_NAMES, feature_set
 from slide_fmu.network.state_space.cell import Roles
@@ -19,7 +19,9 @@ Components of a vector are compared with the largest of them: a component that g
 contains rounding of the others."""
 
 
-def choose_features(names: tuple[str, ...], offered: Offered, inputs: FloatArray) -> FeatureMap:
+def choose_features(
+    names: tuple[str, ...], offered: FeatureOffer, inputs: FloatArray
+) -> FeatureMap:
     """Build the map from scaled inputs to the named features of one set, normalised by data.
 
     Bounded features stay unscaled. The others are divided by their standard deviation, some of

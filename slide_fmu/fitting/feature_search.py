@@ -18,7 +18,7 @@ from slide_fmu.core.progress import Heard, Stages, quiet
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
 from slide_fmu.data.stored_split import Split
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.director import OTHER, kinds_of
 from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.errors import TrainingError
@@ -60,14 +60,16 @@ class Trials:
         folder: folder of the checkpoints.
     """
 
-    offered: Offered
+    offered: FeatureOffer
     window: Window
     splits: tuple[Split, Split]
     eigenvalues: NDArray[np.complex128] | None
     folder: Path
 
 
-def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list[StateSpaceRecipe]:
+def choices(
+    network: StateSpaceRecipe, offered: FeatureOffer, n_outputs: int
+) -> list[StateSpaceRecipe]:
     """Return a network's tables with its open features chosen, one table for each choice.
 
     For angles, their directions come first; for a serial chain, the loads on its base come next. A
@@ -86,7 +88,7 @@ def choices(network: StateSpaceRecipe, offered: Offered, n_outputs: int) -> list
 
 
 def _of_chain(
-    network: StateSpaceRecipe, offered: Offered, n_outputs: int
+    network: StateSpaceRecipe, offered: FeatureOffer, n_outputs: int
 ) -> list[StateSpaceRecipe]:
     """Return choices for a machine with a known serial chain, the richest last."""
     assert offered.chain is not None

@@ -22,7 +22,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
 from slide_fmu.data.store import open_store
 from slide_fmu.data.stored_split import Split
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
@@ -71,7 +71,7 @@ class Work:
         return self.case.recipe
 
     @cached_property
-    def offered(self) -> Offered:
+    def offered(self) -> FeatureOffer:
         """The values to form features from; inputs are scaled by their ranges, or as known.
 
         Raises:
@@ -270,7 +270,7 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
 
 
-def require_chosen_features(recipe: Recipe, offered: Offered, n_outputs: int) -> None:
+def require_chosen_features(recipe: Recipe, offered: FeatureOffer, n_outputs: int) -> None:
     """Refuse to search for features of a network with parameters: this is not supported.
 
     Raises:

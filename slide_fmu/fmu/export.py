@@ -210,8 +210,8 @@ def _read_provenance(path: Path) -> Provenance | None:
 
 def _tool_of(path: Path) -> str | None:
     """Return the tool that made an FMU, if the FMU names it."""
-    found = re.search(rb'generationTool="([^"]*)"', read_member(path, DESCRIPTION) or b"")
-    return None if found is None else found[1].decode("utf-8", "replace")
+    tool = re.search(rb'generationTool="([^"]*)"', read_member(path, DESCRIPTION) or b"")
+    return None if tool is None else tool[1].decode("utf-8", "replace")
 
 
 def read_json(path: Path, name: str) -> JsonObject | None:
@@ -225,14 +225,14 @@ def read_json(path: Path, name: str) -> JsonObject | None:
     if text is None:
         return None
     try:
-        found = json.loads(text, parse_constant=lambda constant: None)
+        content = json.loads(text, parse_constant=lambda constant: None)
         # lone surrogate characters and infinite numbers could not be written again
-        json.dumps(found, ensure_ascii=False, allow_nan=False).encode("utf-8")
+        json.dumps(content, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError) as error:
         raise FmuError(f"{path}: {name} is no JSON: {error}; {REMEDY}") from error
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise FmuError(f"{path}: {name} holds no JSON object; {REMEDY}")
-    return found
+    return content
 
 
 def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | None:
@@ -255,11 +255,7 @@ def read_member(path: Path, name: str, beginning: int | None = None) -> bytes | 
 
 @contextmanager
 def _opened(path: Path, name: str) -> Iterator[tuple[IO[bytes], int] | None]:
-    """Open one file of an FMU, with its size in bytes; None if it has no such file.
-
-    Raises:
-        FmuError, OSError: as for ``read_member``, also within the block.
-    """
+    """Open one file of an FMU, with its size in bytes; None if it has no such file."""
     try:
         with open_archive(path) as archive:
             if name not in archive.namelist():
@@ -301,8 +297,8 @@ def read_folder(path: Path, folder: str) -> dict[str, bytes]:
             names = [name for name in archive.namelist() if name.startswith(f"{folder}/")]
     except zipfile.BadZipFile as error:
         raise _no_archive(path, error) from error
-    found = {name: read_member(path, name) for name in names if not name.endswith("/")}
-    return {n.removeprefix(f"{folder}/"): text for n, text in found.items() if text is not None}
+    members = {name: read_member(path, name) for name in names if not name.endswith("/")}
+    return {n.removeprefix(f"{folder}/"): text for n, text in members.items() if text is not None}
 
 
 def _no_archive(path: Path, error: Exception) -> FmuError:

@@ -101,11 +101,7 @@ def family_of(network: Network) -> Family:
 
 
 def encode_network(network: Network) -> bytes:
-    """Write the bytes of a network.
-
-    Raises:
-        TypeError: the network belongs to no registered family.
-    """
+    """Write the bytes of a network."""
     family = family_of(network)
     return struct.pack("<I", family.kind) + family.encode(network)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.search_path import AmbiguousFileError, find_file
 from slide_fmu.core.signals import Signal
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.placed_chain import PlacedChain
 from slide_fmu.features.urdf import UrdfError, read_urdf
 from slide_fmu.recipe.machine import drive_law
@@ -15,7 +15,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Source, chain_of
 
 
-def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> Offered:
+def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> FeatureOffer:
     """Return the sources of features; the scaling is the scaling of the system's inputs.
 
     The serial chain is the recipe's, else the system's own; its drive law is the recipe's.
@@ -29,7 +29,7 @@ def offered_features(recipe: Recipe, system: Source, scaling: Affine) -> Offered
         read = read_urdf(_found(wanted.urdf), wanted.tool, wanted.gravity)
         _require_set_points(recipe, system.inputs, read)
         chain = read.chain
-    return Offered(system.inputs, scaling, system.step, chain, drive_law(recipe.system.drive))
+    return FeatureOffer(system.inputs, scaling, system.step, chain, drive_law(recipe.system.drive))
 
 
 def _require_set_points(recipe: Recipe, inputs: tuple[Signal, ...], read: PlacedChain) -> None:

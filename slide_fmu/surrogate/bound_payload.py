@@ -37,11 +37,7 @@ def encode_span(span: SpanEstimate) -> bytes:
 
 
 def decode_span(section: Reader, n_outputs: int) -> SpanEstimate:
-    """Read the content of the section SPAN.
-
-    Raises:
-        ValueError: the bytes are not an error estimate.
-    """
+    """Read the content of the section SPAN."""
     block = section.u32()
     factors = section.f64(n_outputs)
     section.done()
@@ -59,9 +55,6 @@ def decode_bound(
 
     ``estimator`` is the surrogate's error estimator, or None; ``span`` is the content of the
     section SPAN.
-
-    Raises:
-        ValueError: the bytes are not an error bound.
     """
     short, long, n_watched = (section.u32() for _ in range(3))
     factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)

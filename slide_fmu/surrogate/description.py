@@ -173,7 +173,7 @@ class SurrogateDescription:
     def lines(self) -> list[tuple[str, str]]:
         """Return what is said of window, network, error estimate and bound, each with a label."""
         n_in, n_out, step = self.window.n_in, self.window.n_out, self.window.step
-        found = [
+        rows = [
             ("window", window_text(n_in, n_out, step)),
             ("memory", f"outputs depend on the inputs of the last {decimal(self.memory_s)} s"),
             ("network", self.network_text),
@@ -182,12 +182,12 @@ class SurrogateDescription:
             by = "the networks of the bound"
             if self.estimator_parameters is not None:
                 by = f"an estimator of {self.estimator_parameters} weights"
-            found.append(("estimate", f"of the error over {self.estimate_span_s:g} s, by {by}"))
+            rows.append(("estimate", f"of the error over {self.estimate_span_s:g} s, by {by}"))
         if self.error_bound is not None:
             confidences = _either([percent(one) for one in self.error_bound.confidences])
             text = f"of the error, with a confidence of {confidences}"
-            found.append(("bound", f"{text}; at the start, tolerances are {self.tolerance_text}"))
-        return found
+            rows.append(("bound", f"{text}; at the start, tolerances are {self.tolerance_text}"))
+        return rows
 
     def __str__(self) -> str:
         """Describe the surrogate in a few lines."""

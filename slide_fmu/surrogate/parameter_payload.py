@@ -58,9 +58,9 @@ def decode_parameters(section: Reader, network: Network, text: str) -> StateSpac
             f"{len(rows)} parameters with transforms {rows['transform'].tolist()}; expected at "
             f"least one, and transforms below {len(TRANSFORMS)}"
         )
-    found = decode_terms(section, network, _parameters(text, rows))
+    with_terms = decode_terms(section, network, _parameters(text, rows))
     section.done()
-    return found
+    return with_terms
 
 
 def _parameters(text: str, rows: NDArray[np.void]) -> tuple[Parameter, ...]:

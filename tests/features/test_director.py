@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal, period_of
-from slide_fmu.features.base import BEFORE, Offered
+from slide_fmu.features.base import BEFORE, FeatureOffer
 from slide_fmu.features.director import ANGLE, COSINE, OTHER, SINE, Director, kinds_of
 from tests.refusals import refused
 
@@ -26,7 +26,7 @@ FACTORS = {"joint": 1.0, "compass": math.pi / 180, "phase": math.pi / 2}
 
 
 def set_of(signals: tuple[Signal, ...], *names: str) -> Director:
-    offered = Offered(signals, range_scaling(signals), 0.1, None)
+    offered = FeatureOffer(signals, range_scaling(signals), 0.1, None)
     return Director.of_system(names or ("direction",), offered)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Signal
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.base import Chained, Linearizable, Linearization, RandomStates, State
 
@@ -41,9 +41,9 @@ class Still(RandomStates, Linearizable, Chained):
         )
         self.outputs = (Signal("y", "m", -1.0, 1.0),)
 
-    def offered(self, scaling: Affine) -> Offered:
+    def offered(self, scaling: Affine) -> FeatureOffer:
         """What features can be formed of, with a scaling of the inputs."""
-        return Offered(self.inputs, scaling, self.step, self.chain)
+        return FeatureOffer(self.inputs, scaling, self.step, self.chain)
 
     def random_state(
         self, rng: np.random.Generator, first_input: FloatArray | None = None

@@ -12,7 +12,7 @@ from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
 from slide_fmu.data.stored_split import Split
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting import feature_search
 from slide_fmu.fitting.errors import TrainingError
@@ -30,8 +30,8 @@ JOINTS = (Signal("one", "rad", -3.0, 3.0), Signal("two", "rad", -1.0, 1.0))
 OPEN = StateSpaceRecipe()
 
 
-def offered(*signals: Signal, chain: SerialChain | None = None) -> Offered:
-    return Offered(signals, range_scaling(signals), STEP, chain)
+def offered(*signals: Signal, chain: SerialChain | None = None) -> FeatureOffer:
+    return FeatureOffer(signals, range_scaling(signals), STEP, chain)
 
 
 def drives(tables: list[StateSpaceRecipe]) -> list[tuple[str, ...] | None]:

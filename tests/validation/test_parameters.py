@@ -15,7 +15,7 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.fitting.network import Fit
 from slide_fmu.fitting.preparation import Work, require_chosen_features
 from slide_fmu.fmu.export import export_fmu
@@ -149,10 +149,10 @@ def test_failure_names_the_corner(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_features_of_angles_must_be_named() -> None:
     turn = (Signal("angle", "rad", -3.0, 3.0),)
-    offered = Offered(turn, range_scaling(turn), 0.01, None)
+    offered = FeatureOffer(turn, range_scaling(turn), 0.01, None)
     with refused(RecipeError, "network.drive is"):
         require_chosen_features(RECIPE, offered, 1)
     named = tiny_state_space_recipe(**{**TABLES, "network": {"drive": ["direction"]}})
     require_chosen_features(named, offered, 1)
     straight = (Signal("force", "N", -3.0, 3.0),)
-    require_chosen_features(RECIPE, Offered(straight, range_scaling(straight), 0.01, None), 1)
+    require_chosen_features(RECIPE, FeatureOffer(straight, range_scaling(straight), 0.01, None), 1)

@@ -96,22 +96,14 @@ def compiled_files(fmi: FmiVersion = 2) -> list[str]:
 
 
 def _with_prefix(functions: str) -> str:
-    """Make ``fmi2Functions.h`` of fmpy prefix names with ``FMI2_FUNCTION_PREFIX``.
-
-    Raises:
-        BuildError: the header forms names in an unknown way.
-    """
+    """Make ``fmi2Functions.h`` of fmpy prefix names with ``FMI2_FUNCTION_PREFIX``."""
     if _NO_PREFIX not in functions:
         raise BuildError(f"{_FUNCTIONS} of fmpy has no {_NO_PREFIX!r}: pip install fmpy==0.3.32")
     return functions.replace(_NO_PREFIX, _PREFIX)
 
 
 def _scalar_macros(payload: bytes, fmi: FmiVersion) -> str:
-    """Return the sizes of the static arrays of ``runtime/scalar/memory.c``, as macros.
-
-    Raises:
-        NativeError: there is no compiled library to measure them.
-    """
+    """Return the sizes of the static arrays of ``runtime/scalar/memory.c``, as macros."""
     usual = STEPS_PER_SAMPLE[0]
     lines = [
         "#define SLIDE_SCALAR",

@@ -166,11 +166,7 @@ def check_cell(cell: Cell, roles: Roles, n_signals: int, turned: int) -> None:
 
 
 def _check_kind(cell: Cell) -> None:
-    """Reject an unknown activation, a wrong number of sub-steps, and a V that does not fit.
-
-    Raises:
-        ValueError: the message has the values found and expected.
-    """
+    """Reject an unknown activation, a wrong number of sub-steps, and a V that does not fit."""
     if cell.activation not in CELL_ACTIVATIONS:
         raise ValueError(
             f"cell: activation {cell.activation!r}; expected one of {list(CELL_ACTIVATIONS)}"

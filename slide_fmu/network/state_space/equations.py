@@ -48,12 +48,14 @@ class ByRole:
     def of(roles: Roles, features: Array) -> ByRole:
         """Pick the features of every role from all features, shape (N, B, n_features)."""
         every = tuple(range(features.shape[2]))
-        found: dict[tuple[int, ...], Array] = {every: features}
+        picked: dict[tuple[int, ...], Array] = {every: features}
         for field in fields(roles):
             indices = getattr(roles, field.name)
-            if indices not in found:
-                found[indices] = features[:, :, list(indices)]
-        return ByRole(**{field.name: found[getattr(roles, field.name)] for field in fields(roles)})
+            if indices not in picked:
+                picked[indices] = features[:, :, list(indices)]
+        return ByRole(
+            **{field.name: picked[getattr(roles, field.name)] for field in fields(roles)}
+        )
 
     def part(self, samples: slice) -> ByRole:
         """Return the features of some of the samples."""

@@ -22,8 +22,8 @@ CHANGE = 1e-6
 """Step of the differences that approximate derivatives by the state, in units of the states."""
 MOST_EVALUATIONS = 50
 """Largest number of runs; the problem is nearly linear, so a few are enough."""
-FAR = 1e6
-"""Larger errors, in scaled units, mean that the network diverges."""
+LARGEST_ERROR = 1e6
+"""Larger errors, in scaled units, count as this: they mean that the network diverges."""
 UNSEEN = 1e-3
 """A state of size 1 counts as an error of this size: states that no output shows stay near
 zero."""
@@ -53,8 +53,10 @@ def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[A
         after = Equations(cell, inputs, network.turned, np).run(states)
         error = np.moveaxis(outputs(cell, after, inputs), 1, 0) - values
         # the network may diverge from a far state: such a step is rejected
-        seen = np.nan_to_num(error[:, known], nan=FAR, posinf=FAR, neginf=-FAR)
-        return np.concatenate([np.clip(seen, -FAR, FAR), UNSEEN * states], axis=1)
+        seen = np.nan_to_num(error[:, known], nan=LARGEST_ERROR)
+        return np.concatenate(
+            [np.clip(seen, -LARGEST_ERROR, LARGEST_ERROR), UNSEEN * states], axis=1
+        )
 
     def slopes(state: FloatArray) -> FloatArray:
         steps = CHANGE * np.concatenate([np.eye(n), -np.eye(n)])
@@ -62,11 +64,11 @@ def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[A
         return (there - back).T / (2 * CHANGE)
 
     with np.errstate(over="ignore", invalid="ignore"):
-        found = scipy.optimize.least_squares(
+        solution = scipy.optimize.least_squares(
             lambda state: residuals(state[None])[0],
             np.zeros(n),
             jac=slopes,
             method="lm",
             max_nfev=MOST_EVALUATIONS,
         )
-    return np.asarray(found.x)
+    return np.asarray(solution.x)

@@ -84,11 +84,11 @@ class StateSpace(Network, Parametric):
 
     def require_window(self, window: Window, n_outputs: int) -> None:
         """Reject sizes that differ from the window and the outputs."""
-        found = (self.n_samples, self.n_out, self.n_values)
+        sizes = (self.n_samples, self.n_out, self.n_values)
         expected = (window.n_in, window.n_out, n_outputs)
-        if found != expected:
+        if sizes != expected:
             raise ValueError(
-                f"state-space network with n_samples, n_out, n_values = {found}; "
+                f"state-space network with n_samples, n_out, n_values = {sizes}; "
                 f"expected {expected}, those of the window and the outputs"
             )
 

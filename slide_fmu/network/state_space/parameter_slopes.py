@@ -43,6 +43,6 @@ def parameter_slopes(
         first = np.zeros((len(features), len(cell.a)), np.complex128)
         states = Equations(cell, inputs, network.turned, np).run(first)
         newest = slice(len(states) - n_out, None)
-        found = outputs(cell, states[newest], inputs.part(newest))
-        slopes.append(np.moveaxis(found.imag, 0, 1) / step)
+        moved_outputs = outputs(cell, states[newest], inputs.part(newest))
+        slopes.append(np.moveaxis(moved_outputs.imag, 0, 1) / step)
     return np.stack(slopes, axis=-1)

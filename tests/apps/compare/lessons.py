@@ -12,7 +12,7 @@ from slide_fmu.apps.compare.baselines.lesson import Lesson, Motions
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.fitting.feature_choice import choose_features
 
 WINDOW = Window(0.1, 60, 20)
@@ -52,7 +52,7 @@ def lesson(equation: Equation, seed: int = 0) -> Lesson:
     """A lesson of eight trajectories, and three to judge by."""
     signals = (Signal("force", "N", -1.0, 1.0),)
     training = record(equation, 8, 1)
-    offered = Offered(signals, range_scaling(signals), WINDOW.step, None)
+    offered = FeatureOffer(signals, range_scaling(signals), WINDOW.step, None)
     features = choose_features(("inputs",), offered, training[0])
     return Lesson(WINDOW, features, training, record(equation, 3, 2), seed)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.stored_split import Split
-from slide_fmu.features.base import Offered
+from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -55,7 +55,7 @@ def lesson_of(surrogate: Surrogate, training: Split, validation: Split, seed: in
         ValueError: an input never moves in the training data.
     """
     scaling = surrogate.input_scaling
-    offered = Offered(surrogate.inputs, scaling, surrogate.window.step, None)
+    offered = FeatureOffer(surrogate.inputs, scaling, surrogate.window.step, None)
     parts = [
         (scaling.apply(split.inputs), surrogate.output_scaling.apply(split.outputs))
         for split in (training, validation)

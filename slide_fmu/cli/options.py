@@ -99,13 +99,13 @@ def pairs_of(option: str, texts: Sequence[str] | None, value: str) -> dict[str, 
     Raises:
         ValueError: a text has another form, or a name occurs twice.
     """
-    found: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for text in texts or ():
         name, equals, behind = text.partition("=")
-        if not (name and equals and behind) or name in found:
+        if not (name and equals and behind) or name in pairs:
             raise ValueError(f"--{option} {text}; expected NAME={value}, each name once")
-        found[name] = behind
-    return found
+        pairs[name] = behind
+    return pairs
 
 
 def numbers_of(option: str, texts: Sequence[str] | None) -> dict[str, float]:

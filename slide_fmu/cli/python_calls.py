@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,31 +13,20 @@ from slide_fmu.core.extras import require_training
 from slide_fmu.core.figures import plain
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Stages, quiet_stages
-from slide_fmu.core.signals import Signal, cosines_of
 from slide_fmu.fmu.export import export_fmu, load
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.importer.errors import FmuError
 from slide_fmu.pipeline.export import export_again
-from slide_fmu.recipe.automatic import Tables
-from slide_fmu.recipe.default_excitation import default_excitation
-from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import tables_text
 from slide_fmu.report.progress_display import messages, progress_on
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Bending, System
+from slide_fmu.systems.base import System
 from slide_fmu.validation.task import UNSEEN_SEED
 
 if TYPE_CHECKING:  # it needs the packages of the training
     from slide_fmu.pipeline.job import Job, Tell
-
-NO_SYSTEM = (
-    "slide.learn of {name!r}: system = {found}; expected a reference system, or the table system "
-    "of a recipe as a dictionary: make one of functions by slide.FunctionSystem(f, g, inputs=..., "
-    "outputs=..., start=..., step=...), or by slide.RecordSystem(simulate, inputs=..., "
-    "outputs=..., step=...); of a class, take an object of it"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +53,8 @@ class RunResult:
     @property
     def errors(self) -> dict[str, float]:
         """Return the relative RMSE on unseen trajectories in range, by output."""
-        found = self.measured.validation["in range"].outputs
-        return {output.name: output.relative_rmse for output in found}
+        outputs = self.measured.validation["in range"].outputs
+        return {output.name: output.relative_rmse for output in outputs}
 
     def export(self, path: str | Path, fmi: FmiVersion = 2, sources: Sources = False) -> Path:
         """Write the FMU with its report to another path, for a version of FMI, or with C sources.
@@ -230,8 +218,8 @@ def validate(
     processes, _ = simulating_processes(system or {}, workers, "validate")
     task = Task(seed, trajectories, amplitude, duration, held_out)
     case = released_case(Path(fmu), system)
-    found = validate_fmu_file(Path(fmu), case, task, quiet_stages, processes)
-    return dict(plain(found.figures()))
+    validation = validate_fmu_file(Path(fmu), case, task, quiet_stages, processes)
+    return dict(plain(validation.figures()))
 
 
 def learn(
@@ -279,8 +267,9 @@ def learn(
     require_training()
     from slide_fmu.core.search_path import make_importable
     from slide_fmu.pipeline.job import job_of_text
+    from slide_fmu.propose.object_recipe import recipe_tables
 
-    text = tables_text(_recipe_tables(system, name, tables))
+    text = tables_text(recipe_tables(system, name, tables))
     make_importable(Path.cwd())
 
     def opened(bar: Stages, tell: Tell) -> Job:
@@ -289,51 +278,3 @@ def learn(
         return replace(job, command=f"slide.learn(system, {name!r})", tell=tell)
 
     return whole_way(opened, simulating_processes(system, workers), threads, overwrite)
-
-
-def _recipe_tables(
-    system: System | Mapping[str, Any], name: str, tables: Mapping[str, Any]
-) -> Tables:
-    """Return all tables of the recipe; a Python object gets the recipe's name.
-
-    Raises:
-        RecipeError: the system is neither a reference system nor a table.
-    """
-    if not isinstance(system, System | Mapping):
-        raise RecipeError(NO_SYSTEM.format(name=name, found=_described(system)))
-    found: Tables = {"name": name, "description": f"{name}, learnt from Python", **tables}
-    found.setdefault("data", {})
-    if not isinstance(system, System):
-        return {**found, "system": dict(system)}
-    window = {"step": system.step, **found.get("window", {})}
-    found["data"] = _with_excitation(found["data"], system, window["step"])
-    return {**found, "system": {"kind": "object", "model": name}, "window": window}
-
-
-def _with_excitation(data: Any, system: System, step: Any) -> Any:
-    """Return the table ``data`` with the excitation that the inputs of the system need.
-
-    An excitation that is given stays. Only the object itself knows whether its inputs move, or are
-    angles; no table of the recipe has this.
-    """
-    from slide_fmu.propose.proposal import MOVING, SUBSTEPS, kind_of_inputs
-
-    if not isinstance(data, Mapping) or "excitation" in data:
-        return data
-    signals = getattr(system, "inputs", None)
-    sound = isinstance(signals, tuple) and all(isinstance(signal, Signal) for signal in signals)
-    number = isinstance(step, float | int) and 0 < step < math.inf
-    if not (sound and signals and number):
-        return data  # signals and step have their own checks
-    widths, kind = [signal.high - signal.low for signal in signals], kind_of_inputs(system)
-    bends = kind in MOVING and isinstance(system, Bending)
-    substeps = {"substeps": SUBSTEPS} if bends else {}
-    jumps = data.get("jumps") is True
-    mix = default_excitation(step, kind, widths, bool(cosines_of(signals)), jumps)
-    return {**substeps, **data, "excitation": mix}
-
-
-def _described(system: object) -> str:
-    """Describe in one short line what was given in place of a system."""
-    text = f"{type(system).__name__} {getattr(system, '__name__', None) or repr(system)}"
-    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -130,14 +130,14 @@ def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> l
     if not rows:
         return []
     charts = step_charts(rows)
-    found = (
+    pictures = (
         [ReportSection(TITLE, TWO_LINES if has_model(rows) else "", charts=charts)]
         if charts
         else []
     )
     table = kind_table(rows, short=False)
     text = f"{capitalised(table.title)}. {explanations(rows, hold)}"
-    return [*found, ReportSection("Where it is valid", text, table, maps=maps)]
+    return [*pictures, ReportSection("Where it is valid", text, table, maps=maps)]
 
 
 def all_rows(rows: Sequence[Row]) -> list[ReportSection]:
@@ -171,13 +171,13 @@ def response_section(
 ) -> tuple[ReportSection, ResponseFigures]:
     """Show the learnt response matrix of an affine surrogate against the exact one."""
     learnt, exact = learnt_matrix(surrogate), exact_matrix(system, surrogate.window)
-    found = response_figures(learnt, exact)
+    figures = response_figures(learnt, exact)
     text = (
         "Every row is one output sample of the window, every column one input sample. Entries "
         "above the diagonal would mean that an output answers to a later input."
     )
     charts = response_charts(learnt, exact, surrogate)
-    return ReportSection("Response matrix", text, response_table(found), charts=charts), found
+    return ReportSection("Response matrix", text, response_table(figures), charts=charts), figures
 
 
 def about_parameters(recipe: Recipe) -> str:
@@ -189,15 +189,15 @@ def worst_section(validation: Validation) -> ReportSection | None:
     """Return the section on the worst windows; None where no sample counts."""
     bounded = bool(validation.trusted)
     scale = "their bounds" if bounded else "the RMS of the reference about its mean"
-    found = _worst(validation)
-    if not found:
+    worst = _worst(validation)
+    if not worst:
         return None
     text = (
         f"These are the samples whose errors are largest relative to {scale}, one of each "
         "trajectory at most where there are enough of them, with the inputs that the surrogate "
         "saw before."
     )
-    charts = [_chart(validation, step, bounded) for step in found]
+    charts = [_chart(validation, step, bounded) for step in worst]
     return ReportSection("The worst windows", text, charts=charts)
 
 

@@ -34,8 +34,8 @@ NOT_MEASURABLE = (
 
 
 @final
-class Rows:
-    """Rows are printed as a table, or one below the other where a table does not fit.
+class PrintedTable:
+    """A PrintedTable has its rows one below the other where a table does not fit.
 
     Text is never cut, and a word is broken only where it is longer than the terminal is wide.
     """
@@ -67,7 +67,7 @@ def print_table(table: ReportTable, console: Console) -> None:
     """
     if table.title:
         console.print(table.title)
-    console.print(Rows(table))
+    console.print(PrintedTable(table))
 
 
 def print_rows(rows: Sequence[Row], console: Console) -> None:

@@ -95,20 +95,20 @@ def timing_table(timing: Timing) -> ReportTable:
     )
 
 
-def parameter_table(found: ParameterFigures) -> ReportTable:
+def parameter_table(figures: ParameterFigures) -> ReportTable:
     """Return the errors by physical parameters.
 
     All corners are shown, and the worst ``WORST`` of the other values.
     """
 
     def rows() -> Iterator[tuple[str, ...]]:
-        parts = ("corner", found.corners, None), ("measured, worst", found.unseen, WORST)
+        parts = ("corner", figures.corners, None), ("measured, worst", figures.unseen, WORST)
         for what, points, most in parts:
             for point in sorted(points, key=_error_at, reverse=True)[:most]:
-                values = (decimal(point.values[name], 4) for name in found.names)
+                values = (decimal(point.values[name], 4) for name in figures.names)
                 yield what, *values, percent(_error_at(point))
 
-    return ReportTable.of(("values", *found.names, "relative RMSE"), rows())
+    return ReportTable.of(("values", *figures.names, "relative RMSE"), rows())
 
 
 def _error_at(point: ParameterPoint) -> float:

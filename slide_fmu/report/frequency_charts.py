@@ -135,27 +135,27 @@ def _phase(response: ComplexArray) -> FloatArray:
 
 def error_maps(validation: Validation) -> list[HeatMap]:
     """Return the heat map of a validation; none where it would have fewer than two cells."""
-    found = error_map(validation)
-    if found is None or not np.nansum(found.error) or np.isfinite(found.error).sum() < 2:
+    errors = error_map(validation)
+    if errors is None or not np.nansum(errors.error) or np.isfinite(errors.error).sum() < 2:
         return []
-    return [_heat_map(found)]
+    return [_heat_map(errors)]
 
 
-def _heat_map(found: ErrorMap) -> HeatMap:
+def _heat_map(errors: ErrorMap) -> HeatMap:
     """Draw the largest amplitudes on top, and the lowest frequencies on the left."""
     text = (
-        f"Relative RMSE of the worst output, in pieces of {found.seconds:.3g} s. "
+        f"Relative RMSE of the worst output, in pieces of {errors.seconds:.3g} s. "
         "Amplitude and frequency are those of the input that moves most in a piece."
     )
-    rows = _part_names([100 * edge for edge in found.amplitudes[1:]], " %")
-    columns = _part_names(found.frequencies.tolist(), "")
-    known = found.error[np.isfinite(found.error) & (found.error > 0)]
+    rows = _part_names([100 * edge for edge in errors.amplitudes[1:]], " %")
+    columns = _part_names(errors.frequencies.tolist(), "")
+    known = errors.error[np.isfinite(errors.error) & (errors.error > 0)]
     low, high = np.log(known.min()), np.log(known.max())
     cells = [
         [_cell(error, int(count), low, high) for error, count in zip(*row, strict=True)]
-        for row in zip(found.error, found.pieces, strict=True)
+        for row in zip(errors.error, errors.pieces, strict=True)
     ]
-    down, last = "part of the range", int(np.flatnonzero(found.pieces.sum(axis=1))[-1])
+    down, last = "part of the range", int(np.flatnonzero(errors.pieces.sum(axis=1))[-1])
     rows, cells = rows[last::-1], cells[last::-1]
     return HeatMap(MAP, text, "frequency / Hz", down, columns, rows, cells)
 

@@ -82,7 +82,7 @@ def _largest_shown(history: History) -> float:
 
 def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]:
     """Draw two runs from different states per amplitude: they should meet and stay bounded."""
-    found = []
+    charts = []
     for test in tests:
         time = step * np.arange(1, test.pair.shape[1] + 1)
         shown = np.clip(test.pair[:, :, 0], -PLOTTED, PLOTTED)
@@ -92,7 +92,7 @@ def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]
         ]
         verdict = "passed" if test.problem is None else "FAILED"
         middle, worst = (percent(float(f(test.differences))) for f in (np.median, np.max))
-        found.append(
+        charts.append(
             Chart(
                 f"{test.amplitude:g} times the trained amplitude: {verdict}",
                 [Panel("first output, scaled", "1", lines)],
@@ -102,7 +102,7 @@ def stability_charts(tests: Sequence[AmplitudeTest], step: float) -> list[Chart]
                 ),
             )
         )
-    return found
+    return charts
 
 
 def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: float) -> Chart:
@@ -111,12 +111,12 @@ def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: floa
     A dotted line marks the window's truncation. Linearized decay times are drawn
     where the system offers them.
     """
-    found = [("measured (two motions)", measured, "truth")]
+    courses = [("measured (two motions)", measured, "truth")]
     if linearized is not None:
-        found.insert(0, ("linearized (eigenvalues)", linearized, "line"))
-    times = [time for _, decay, _ in found for time in decay.times if math.isfinite(time)]
+        courses.insert(0, ("linearized (eigenvalues)", linearized, "line"))
+    times = [time for _, decay, _ in courses for time in decay.times if math.isfinite(time)]
     ends, lines = (0.0, 1.1 * max([truncation_time, *times])), []
-    for name, decay, colour in found:
+    for name, decay, colour in courses:
         lines.append(Line(name, *cumulated(decay.times.tolist(), ends), colour, "steps"))
         if math.isfinite(decay.mean):
             upright = np.array([decay.mean, decay.mean]), np.array([0.0, 100.0])
@@ -131,7 +131,7 @@ def response_charts(learnt: FloatArray, exact: FloatArray, surrogate: Surrogate)
     The panel below shows the largest deviation in a column of all rows. Both matrices have the
     shape of ``slide_fmu.validation.response.learnt_matrix``; a column is an input sample.
     """
-    found, n_inputs, n_outputs = [], len(surrogate.inputs), len(surrogate.outputs)
+    charts, n_inputs, n_outputs = [], len(surrogate.inputs), len(surrogate.outputs)
     for output, other in enumerate(surrogate.outputs):
         for channel, one in enumerate(surrogate.inputs):
             own, true = (m[output::n_outputs, channel::n_inputs] for m in (learnt, exact))
@@ -151,8 +151,8 @@ def response_charts(learnt: FloatArray, exact: FloatArray, surrogate: Surrogate)
                     height="short",
                 ),
             ]
-            found.append(Chart(f"{one.name} to {other.name}", panels, Axis("input sample")))
-    return found
+            charts.append(Chart(f"{one.name} to {other.name}", panels, Axis("input sample")))
+    return charts
 
 
 def curve_chart(points: Sequence[CurvePoint]) -> Chart:

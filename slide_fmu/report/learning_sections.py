@@ -45,15 +45,15 @@ FITTED = (
 def sizing_section(sizing: AnySizing) -> ReportSection:
     """Show how long the system remembers its initial state, and what the window truncates."""
     window = sizing.window
-    found = MEASURED_ALONE
+    method = MEASURED_ALONE
     if not isinstance(sizing, Sizing):
-        found = FITTED
+        method = FITTED
     elif sizing.linearized:
-        found = EIGENVALUES
+        method = EIGENVALUES
     left = decimal(sizing.remaining_amplitude)
     text = (
         f"Time until initial effects have decayed to {left} of their "
-        f"amplitude: {found} The window truncates "
+        f"amplitude: {method} The window truncates "
         f"{window.n_in} - {window.n_out} samples, {decimal(window.truncation_time, 4)} s."
     )
     if sizing.remark is not None:

@@ -40,13 +40,13 @@ def stability_table(tests: tuple[AmplitudeTest, ...]) -> ReportTable:
     heading = "amplitude", "median difference", "largest difference", "growth", "test"
     rows = (
         (
-            f"{found.amplitude:g} x",
-            _percent(found.median_difference),
-            _percent(found.largest_difference),
-            "inf" if found.growth is None else decimal(found.growth),
+            f"{figures.amplitude:g} x",
+            _percent(figures.median_difference),
+            _percent(figures.largest_difference),
+            "inf" if figures.growth is None else decimal(figures.growth),
             "passed" if test.problem is None else test.problem,
         )
-        for test, found in zip(tests, stability_figures(tests), strict=True)
+        for test, figures in zip(tests, stability_figures(tests), strict=True)
     )
     return ReportTable.of(heading, rows)
 
@@ -96,13 +96,13 @@ def curve_table(curve: Curve) -> ReportTable:
     return ReportTable.of(heading, rows, "learning curve")
 
 
-def response_table(found: ResponseFigures) -> ReportTable:
+def response_table(figures: ResponseFigures) -> ReportTable:
     """Return the deviations of the learnt response matrix from the exact one."""
-    above, relative = found.max_above_diagonal, found.max_above_diagonal_relative
+    above, relative = figures.max_above_diagonal, figures.max_above_diagonal_relative
     rows = [
         (
             "largest deviation, relative to the largest entry",
-            percent(found.max_deviation_relative),
+            percent(figures.max_deviation_relative),
         ),
         ("largest entry above the diagonal, absolute", decimal(above)),
         ("the same, relative to the largest entry", percent(relative)),

@@ -16,25 +16,25 @@ LOOPS = (
 )
 
 
-def loop_sections(found: Sequence[LoopFigures]) -> list[ReportSection]:
+def loop_sections(loops: Sequence[LoopFigures]) -> list[ReportSection]:
     """Return the section on errors round loops, where the recipe has some."""
-    if not found:
+    if not loops:
         return []
-    worst = max(found, key=lambda one: one.gain)
+    worst = max(loops, key=lambda one: one.gain)
     heading = "output", "input", "partner", "an error of the output becomes", "at a frequency of"
-    rows = ((o.output, o.input, o.partner, _becomes(o), f"{o.hz:.2g} Hz") for o in found)
+    rows = ((o.output, o.input, o.partner, _becomes(o), f"{o.hz:.2g} Hz") for o in loops)
     text = " ".join([LOOPS, *loop_sentences([worst])])
     return [ReportSection("Errors round the loop", text, ReportTable.of(heading, rows))]
 
 
-def loop_sentences(found: Sequence[LoopFigures]) -> list[str]:
+def loop_sentences(loops: Sequence[LoopFigures]) -> list[str]:
     """Say what becomes of an error of the output in loops, a sentence for each partner."""
     return [
         f"In a loop with {one.partner} at {one.input}, an error of {one.output} becomes about "
         f"{_becomes(one)} at {one.hz:.2g} Hz, where it grows most."
-        for one in found
+        for one in loops
     ]
 
 
-def _becomes(found: LoopFigures) -> str:
-    return f"{found.gain:.2g} times as large"
+def _becomes(loop: LoopFigures) -> str:
+    return f"{loop.gain:.2g} times as large"

@@ -136,12 +136,12 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
         for group, inputs in kinds_of(at):
             if (short and group == BEYOND and inputs != ALL) or inputs == OF_TRAINING:
                 continue
-            found = [row_at(at, group, inputs, call, number) for number, _ in steps]
-            known = next(row for row in found if row is not None)
+            measured = [row_at(at, group, inputs, call, number) for number, _ in steps]
+            known = next(row for row in measured if row is not None)
             line = [named(known), str(known.trajectories)]
-            for row in found:
+            for row in measured:
                 line += ["", "", "", ""] if row is None else _shares(row)
-            yield [*line, _judged_at_all(row for row in found if row is not None)]
+            yield [*line, _judged_at_all(row for row in measured if row is not None)]
 
     return ReportTable.of(heading, cells(), title).without_empty_columns()
 
@@ -243,8 +243,8 @@ def ordered(rows: Sequence[Row]) -> list[Row]:
 
 def failures(rows: Sequence[Row]) -> list[str]:
     """Say on which inputs the reference could not be simulated."""
-    found = {f"{named(row)}: {text}": None for row in rows for text in row.failed}
-    return [f"The reference could not be simulated on {text}." for text in found]
+    reasons = {f"{named(row)}: {text}": None for row in rows for text in row.failed}
+    return [f"The reference could not be simulated on {text}." for text in reasons]
 
 
 def _share(share: float | None) -> str:

@@ -64,10 +64,10 @@ class RunFigures:
 
     def dump(self) -> Any:
         """Return the figures as plain values; figures of an unknown training are left out."""
-        found = plain(self)
+        values = plain(self)
         if self.sizes_tried is None:
-            del found["remark"]
-        return found
+            del values["remark"]
+        return values
 
     @property
     def ordered(self) -> dict[str, ValidationFigures]:
@@ -75,14 +75,14 @@ class RunFigures:
 
         An FMU keeps its figures with sorted keys, in which "beyond the range" comes first.
         """
-        found = self.validation.items()
-        return dict(sorted(found, key=lambda item: item[1].amplitude[1]))
+        named = self.validation.items()
+        return dict(sorted(named, key=lambda item: item[1].amplitude[1]))
 
     @property
     def in_range(self) -> ValidationFigures:
         """The validation in range, or of the smallest amplitudes."""
-        found = self.ordered.values()
-        return next((each for each in found if each.in_range), next(iter(found)))
+        validations = self.ordered.values()
+        return next((each for each in validations if each.in_range), next(iter(validations)))
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -106,14 +106,14 @@ def released_figures(provenance: Provenance | None) -> RunFigures | None:
     if measured is None:
         return None
     try:
-        found = read_figures(RunFigures, measured)
+        figures = read_figures(RunFigures, measured)
     except ValidationError as error:
         first, *others = error.errors()
         place, more = ".".join(map(str, first["loc"])), f" and {len(others)} more" * bool(others)
         raise ValueError(_other_form(f"{place}{more}: {first['msg']}")) from error
-    if not found.validation:
+    if not figures.validation:
         raise ValueError(_other_form("validation: it is empty"))
-    return found
+    return figures
 
 
 def _other_form(what: str) -> str:

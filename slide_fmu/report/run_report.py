@@ -68,39 +68,45 @@ class RunMeasurement:
 
 
 def run_figures(
-    case: Case, found: RunMeasurement, command: str, versions: Mapping[str, str]
+    case: Case, measurement: RunMeasurement, command: str, versions: Mapping[str, str]
 ) -> tuple[RunFigures, list[ReportSection]]:
     """Return the figures of a run, and the section on the response matrix, if it has one.
 
     Args:
         case: the case that was learnt.
-        found: the measurements of the surrogate.
+        measurement: the measurements of the surrogate.
         command: the command that the user called.
         versions: of the packages that made the surrogate, by name.
     """
-    surrogate, source = found.surrogate, case.source
+    surrogate, source = measurement.surrogate, case.source
     response, sections = affine_response(source, surrogate)
     networks = ("surrogate", "companion")  # their remarks are about errors of outputs
-    useless = (h.remark for name, h in found.histories.items() if not name.startswith(networks))
+    useless = (
+        h.remark for name, h in measurement.histories.items() if not name.startswith(networks)
+    )
     figures = RunFigures(
         name=case.recipe.name,
         command=command,
         versions=versions,
-        validation={name: v.figures() for name, v in found.validations.items()},
-        window=found.sizing.figures(),
+        validation={name: v.figures() for name, v in measurement.validations.items()},
+        window=measurement.sizing.figures(),
         parameters=surrogate.network.count_parameters(),
         response_matrix=response,
-        stability=stability_figures(found.tests),
+        stability=stability_figures(measurement.tests),
         no_error_estimate=next((text for text in useless if text), None),
-        learning_curve=found.curve if found.curve.points and found.histories else None,
-        rows=found.rows,
+        learning_curve=measurement.curve
+        if measurement.curve.points and measurement.histories
+        else None,
+        rows=measurement.rows,
         loops=loop_figures(
-            case.recipe, surrogate, source, found.validations[IN_RANGE].comparisons
+            case.recipe, surrogate, source, measurement.validations[IN_RANGE].comparisons
         ),
     )
-    in_range = found.validations[IN_RANGE]
+    in_range = measurement.validations[IN_RANGE]
     figures = replace(figures, record_remarks=remarks_on_data(source, in_range))
-    return with_training(figures, surrogate, found.histories, case.recipe, found.remarks), sections
+    return with_training(
+        figures, surrogate, measurement.histories, case.recipe, measurement.remarks
+    ), sections
 
 
 @asked_of_sources
@@ -158,13 +164,13 @@ def with_training(
 
 
 def run_report(
-    recipe: Recipe, found: RunMeasurement, figures: RunFigures, response: list[ReportSection]
+    recipe: Recipe, measurement: RunMeasurement, figures: RunFigures, response: list[ReportSection]
 ) -> Report:
     """Return the report of a run.
 
     Args:
         recipe: the recipe of the surrogate.
-        found: the measurements of the surrogate.
+        measurement: the measurements of the surrogate.
         figures: its figures.
         response: the section on its response matrix, if it has one.
     """
@@ -172,22 +178,27 @@ def run_report(
         f"{recipe.name}: surrogate FMU",
         recipe.description,
         figures,
-        [*_sections(found, figures, response), *origin_sections(found.surrogate, recipe)],
-        verdict=verdict_of(figures, SurrogateDescription.of(found.surrogate)),
+        [
+            *_sections(measurement, figures, response),
+            *origin_sections(measurement.surrogate, recipe),
+        ],
+        verdict=verdict_of(figures, SurrogateDescription.of(measurement.surrogate)),
     )
 
 
 def _sections(
-    found: RunMeasurement, figures: RunFigures, response: list[ReportSection]
+    measurement: RunMeasurement, figures: RunFigures, response: list[ReportSection]
 ) -> list[ReportSection]:
     """Return all sections of the report of a run."""
-    surrogate, curve = found.surrogate, figures.learning_curve
+    surrogate, curve = measurement.surrogate, figures.learning_curve
     details = [*response]
-    if found.tests:
-        details.append(learning_sections.stability_section(found.tests, surrogate.window.step))
-    details.append(learning_sections.sizing_section(found.sizing))
-    if found.histories:
-        details.append(learning_sections.training_section(found.histories))
+    if measurement.tests:
+        details.append(
+            learning_sections.stability_section(measurement.tests, surrogate.window.step)
+        )
+    details.append(learning_sections.sizing_section(measurement.sizing))
+    if measurement.histories:
+        details.append(learning_sections.training_section(measurement.histories))
     if figures.sizes_tried or figures.remark:
         sizes = figures.sizes_tried or ()
         details.append(
@@ -195,9 +206,9 @@ def _sections(
         )
     if curve is not None:
         details.append(learning_sections.curve_section(curve))
-    details += search_sections(found.attacks, surrogate)
+    details += search_sections(measurement.attacks, surrogate)
     return [
-        *accuracy_sections.validation_sections(found.validations, found.rows),
+        *accuracy_sections.validation_sections(measurement.validations, measurement.rows),
         *loop_sections(figures.loops),
         *remark_sections(figures.record_remarks or ()),
         *folded(details),

@@ -21,21 +21,21 @@ FAR_BETTER = 1 / 3
 """A model whose error is smaller than this part of the FMU's is not its equal, but far better."""
 
 
-def timing_text(found: Timing) -> str:
+def timing_text(timing: Timing) -> str:
     """Say how long a step of an FMU takes, and how much longer its model takes where compared."""
-    step = f"A step takes {found.fmu_step_us:.3g} µs."
-    return step if found.speed is None else f"{step} {speed_text(found.speed)}"
+    step = f"A step takes {timing.fmu_step_us:.3g} µs."
+    return step if timing.speed is None else f"{step} {speed_text(timing.speed)}"
 
 
-def speed_text(found: SpeedFigures) -> str:
+def speed_text(speed: SpeedFigures) -> str:
     """Say how much longer the model takes, by which solver, and how accurate both are."""
-    far_better = found.loosened.relative_error < FAR_BETTER * found.relative_error
-    return " ".join(sentences("speed.txt", speed=found, far_better=far_better))
+    far_better = speed.loosened.relative_error < FAR_BETTER * speed.relative_error
+    return " ".join(sentences("speed.txt", speed=speed, far_better=far_better))
 
 
-def speed_section(found: SpeedFigures) -> ReportSection:
+def speed_section(speed: SpeedFigures) -> ReportSection:
     """Return the section with errors and times of the FMU, and of its model at both settings."""
-    rows = [("FMU", percent(found.relative_error), duration(found.seconds))]
+    rows = [("FMU", percent(speed.relative_error), duration(speed.seconds))]
     rows += [
         (
             f"{name}: {solved.solver} with {solved.setting}",
@@ -43,10 +43,10 @@ def speed_section(found: SpeedFigures) -> ReportSection:
             duration(solved.seconds),
         )
         for name, solved in (
-            ("model at equal accuracy", found.loosened),
-            ("finest model, the truth", found.finest),
+            ("model at equal accuracy", speed.loosened),
+            ("finest model, the truth", speed.finest),
         )
     ]
     heading = ("in one run on one machine", "relative RMSE", "a simulated second takes")
-    text = f"{speed_text(found)} {MEANING}"
+    text = f"{speed_text(speed)} {MEANING}"
     return ReportSection("Time at equal accuracy", text, ReportTable.of(heading, rows))

@@ -61,11 +61,11 @@ def panels_by_unit(
 
 def trajectory_charts(validation: Validation) -> list[Chart]:
     """Draw the worst and the median trajectory of every output."""
-    found = []
+    charts = []
     for output in range(len(validation.surrogate.outputs)):
         for title, chosen in ranked(validation, output).items():
-            found.append(_trajectory_chart(validation, chosen, output, title))
-    return found
+            charts.append(_trajectory_chart(validation, chosen, output, title))
+    return charts
 
 
 def ranked(validation: Validation, output: int) -> dict[str, Comparison]:
@@ -112,7 +112,7 @@ def _close_up(validation: Validation, output: int) -> Chart:
 
 def phase_charts(validation: Validation) -> list[Chart]:
     """Draw every output over its speed, on the worst part of its worst trajectory."""
-    found = []
+    charts = []
     for output, signal in enumerate(validation.surrogate.outputs):
         chosen = next(iter(ranked(validation, output).values()))
         part = around_worst(chosen, output, PHASE_SAMPLES)
@@ -124,8 +124,8 @@ def phase_charts(validation: Validation) -> list[Chart]:
         lines = [true_line(validation, *true), own_line(*own)]
         panel = Panel("speed", ratio(signal.unit, "s"), lines, height="square")
         axis = Axis(signal.name, behind(signal.unit).strip())
-        found.append(Chart(signal.name, [panel], axis))
-    return found
+        charts.append(Chart(signal.name, [panel], axis))
+    return charts
 
 
 def _phase_of(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -38,7 +38,7 @@ BAND = 0.375
 
 def estimate_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     """Draw estimated over true errors, a chart per validation, where some are positive."""
-    found = []
+    charts = []
     for title, validation in validations.items():
         unit = validation.surrogate.outputs[0].unit
         true = np.concatenate([c.true_error.ravel() for c in validation.used])
@@ -57,8 +57,8 @@ def estimate_charts(validations: Mapping[str, Validation]) -> list[Chart]:
             height="square",
         )
         label = f"true RMSE over {validation.surrogate.estimated_samples} samples"
-        found.append(Chart(title, [panel], Axis(label, behind(unit).strip(), log=True)))
-    return found
+        charts.append(Chart(title, [panel], Axis(label, behind(unit).strip(), log=True)))
+    return charts
 
 
 def bound_charts(validations: Mapping[str, Validation]) -> list[Chart]:
@@ -68,7 +68,7 @@ def bound_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     """
     main = next(iter(validations.values()))
     scale = rms(np.concatenate([c.reference - main.mean for c in main.trusted])) + TINY
-    found = []
+    charts = []
     for title, validation in validations.items():
         error, bound, inside = [], [], []
         for c in validation.trusted:
@@ -90,13 +90,13 @@ def bound_charts(validations: Mapping[str, Validation]) -> list[Chart]:
             height="square",
         )
         axis = Axis("|error| over the output's RMS", log=True)
-        found.append(Chart(f"{title}: above the line, the bound holds", [panel], axis))
-    return found
+        charts.append(Chart(f"{title}: above the line, the bound holds", [panel], axis))
+    return charts
 
 
 def novelty_charts(validations: Mapping[str, Validation]) -> list[Chart]:
     """Draw errors over their bounds, the worst output's, over the novelty of the inputs."""
-    found = []
+    charts = []
     for title, validation in validations.items():
         answers = [c.trust for c in validation.trusted if c.trust is not None]
         novelty = np.maximum(np.concatenate([one.novelty for one in answers]), TINY)
@@ -117,8 +117,8 @@ def novelty_charts(validations: Mapping[str, Validation]) -> list[Chart]:
         silent = float(np.mean((ratio > 1) & inside))
         panel = Panel("|error| over its bound", "1", lines, log=True, height="square")
         heading = f"{title}: {percent(silent)} not covered, in the domain"
-        found.append(Chart(heading, [panel], Axis("novelty", log=True)))
-    return found
+        charts.append(Chart(heading, [panel], Axis("novelty", log=True)))
+    return charts
 
 
 def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
@@ -126,7 +126,7 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
 
     The share of a trajectory is the smallest of its outputs.
     """
-    found = []
+    charts = []
     for title, validation in validations.items():
         shares: dict[int, list[float]] = {}
         for c in validation.trusted:
@@ -145,8 +145,8 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
         ]
         panel = Panel("trajectories that are covered no better", "%", lines, include=(0.0, 100.0))
         axis = Axis("covered samples", "%")
-        found.append(Chart(title, [panel], axis, marks=[100 * USUAL_CONFIDENCE]))
-    return found
+        charts.append(Chart(title, [panel], axis, marks=[100 * USUAL_CONFIDENCE]))
+    return charts
 
 
 def ratio_chart(validation: Validation) -> Chart:
@@ -170,17 +170,17 @@ def ratio_chart(validation: Validation) -> Chart:
     return Chart(title, [panel], Axis("|error| over its bound", log=True), marks=[1.0])
 
 
-def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Chart:
+def search_chart(title: str, inputs: MeasuredInputs, surrogate: Surrogate) -> Chart:
     """Draw the inputs before the worst step, the errors, and their bounds."""
-    first = max(found.first, found.step - BEFORE_WORST)
-    shown = slice(first, found.step + BEFORE_WORST // 4)
-    count = len(found.inputs[shown])
+    first = max(inputs.first, inputs.step - BEFORE_WORST)
+    shown = slice(first, inputs.step + BEFORE_WORST // 4)
+    count = len(inputs.inputs[shown])
     time = surrogate.window.step * np.arange(first, first + count, dtype=np.float64)
-    output = int(np.argmax((found.errors / found.bounds)[found.step]))
-    error, bound = found.errors[shown, output], found.bounds[shown, output]
+    output = int(np.argmax((inputs.errors / inputs.bounds)[inputs.step]))
+    error, bound = inputs.errors[shown, output], inputs.bounds[shown, output]
     signal = surrogate.outputs[output]
     panels = [
-        signals_panel(surrogate.inputs, time, found.inputs[shown]),
+        signals_panel(surrogate.inputs, time, inputs.inputs[shown]),
         Panel(
             f"error of {signal.name}",
             signal.unit,
@@ -190,10 +190,10 @@ def search_chart(title: str, found: MeasuredInputs, surrogate: Surrogate) -> Cha
         ),
     ]
     return Chart(
-        f"{title}: error {ratio_text(found.ratio)} times its bound",
+        f"{title}: error {ratio_text(inputs.ratio)} times its bound",
         panels,
-        parts=parts_of(~found.trusted[shown], time),
-        marks=[surrogate.window.step * found.step],
+        parts=parts_of(~inputs.trusted[shown], time),
+        marks=[surrogate.window.step * inputs.step],
         shaded=NOT_TRUSTED,
     )
 

@@ -83,10 +83,10 @@ def bound_sections(
 
 def search_sections(attacks: Sequence[Attack], surrogate: Surrogate) -> list[ReportSection]:
     """Show the worst result of a search for unnoticed errors, if one was done now."""
-    worst = max(attacks, key=lambda found: found.after, default=None)
+    worst = max(attacks, key=lambda attack: attack.after, default=None)
     if worst is None:
         return []
-    before = max(found.before for found in attacks)
+    before = max(attack.before for attack in attacks)
     text = (
         f"A search changed the inputs of {len(attacks)} unseen trajectories within their ranges, "
         "so that an error becomes large relative to its bound while trusted is true. Before the "
@@ -96,15 +96,15 @@ def search_sections(attacks: Sequence[Attack], surrogate: Surrogate) -> list[Rep
     return [ReportSection("Search for unnoticed errors", text, charts=charts)]
 
 
-def deviations_of(found: EstimateFigures | None) -> list[tuple[str, Deviation]]:
+def deviations_of(figures: EstimateFigures | None) -> list[tuple[str, Deviation]]:
     """Return the deviations of every output and of their norm, each with its name.
 
     Those of planned motions in the plain call come behind.
     """
-    if found is None:
+    if figures is None:
         return []
-    every = [*found.without_floor, *([] if found.euclidean is None else [found.euclidean])]
-    plain = [(f"{one.name}, plain call", one) for one in found.plain]
+    every = [*figures.without_floor, *([] if figures.euclidean is None else [figures.euclidean])]
+    plain = [(f"{one.name}, plain call", one) for one in figures.plain]
     return [*((one.name or NORM, one) for one in every), *plain]
 
 
@@ -119,16 +119,16 @@ def estimate_table(validations: Validations) -> ReportTable:
     return ReportTable.of(heading, rows)
 
 
-def _estimate_cells(name: str, found: Deviation) -> Sequence[str]:
-    correlation = found.rank_correlation
+def _estimate_cells(name: str, deviation: Deviation) -> Sequence[str]:
+    correlation = deviation.rank_correlation
     return (
         name,
-        percent(found.mean),
-        percent(found.p95),
-        percent(found.constant_mean),
-        percent(found.constant_p95),
-        percent(found.too_small_share),
-        f"{ratio_text(found.too_small_factor)} times the estimate",
+        percent(deviation.mean),
+        percent(deviation.p95),
+        percent(deviation.constant_mean),
+        percent(deviation.constant_p95),
+        percent(deviation.too_small_share),
+        f"{ratio_text(deviation.too_small_factor)} times the estimate",
         "" if correlation is None else f"{correlation:.2f}",
     )
 
@@ -138,14 +138,14 @@ def tolerance_table(validations: Validations, surrogate: SurrogateDescription) -
 
     The table is empty where no validation has tolerances by false alarms.
     """
-    found = next((one for one in validations.values() if one.tolerances), None)
-    if found is None:
+    in_range = next((one for one in validations.values() if one.tolerances), None)
+    if in_range is None:
         return ReportTable.of((), ())
-    outputs = found.outputs
+    outputs = in_range.outputs
 
     def rows() -> Iterator[tuple[str, ...]]:
         yield (AT_START, *(size for size, _ in surrogate.tolerances))
-        for row in found.tolerances:
+        for row in in_range.tolerances:
             if row.tolerances is None:
                 yield (percent(row.alarms), *("not reached" for _ in outputs))
                 continue

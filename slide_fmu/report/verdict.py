@@ -40,16 +40,16 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
     if not rows:
         return ()
     call = call_of(rows)
-    found = [_error(rows, call), _trusted(rows, call), _avoid(rows, call)]
-    return tuple(sentence for sentence in found if sentence)
+    sentences = [_error(rows, call), _trusted(rows, call), _avoid(rows, call)]
+    return tuple(sentence for sentence in sentences if sentence)
 
 
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
     """Return the rows of all inputs in range, or of the first group, at h and at a finer step."""
     group = next((row.group for row in rows if row.group == IN_RANGE), None)
     group = group or next((row.group for row in rows), IN_RANGE)
-    found = (row_at(rows, group, ALL, call, steps) for steps in (1.0, float(FINER)))
-    return [row for row in found if row is not None]
+    main = (row_at(rows, group, ALL, call, steps) for steps in (1.0, float(FINER)))
+    return [row for row in main if row is not None]
 
 
 def _error(rows: Sequence[Row], call: Call) -> str:
@@ -116,23 +116,23 @@ def _avoid(rows: Sequence[Row], call: Call) -> str:
     new = _worst_first(
         row for row in finer if row.honest is False and (row.group, row.inputs) not in named_before
     )
-    found = []
+    sentences = []
     if bad:
         says = "it is wrong and does not say so" if silent else "it says that it is wrong"
-        found.append(f"Avoid, at its own step: {_some(silent or bad)}; there {says}.")
+        sentences.append(f"Avoid, at its own step: {_some(silent or bad)}; there {says}.")
     if new:
         also = "also " if silent else ""
-        found.append(
+        sentences.append(
             f"At {length_of(new[0])} it is {also}wrong and does not say so under {_some(new)}."
         )
     far = _usual_but_far(at)
     if far:
-        found.append(far)
-    if not found:
-        found.append("Of the measured kinds of input none is to be avoided.")
+        sentences.append(far)
+    if not sentences:
+        sentences.append("Of the measured kinds of input none is to be avoided.")
     if not bad:
-        found.append(f"{outside}.")
-    return " ".join(found)
+        sentences.append(f"{outside}.")
+    return " ".join(sentences)
 
 
 def _worst_first(rows: Iterable[Row]) -> list[Row]:
@@ -144,9 +144,9 @@ def _worst_first(rows: Iterable[Row]) -> list[Row]:
 
 def _usual_but_far(rows: Sequence[Row]) -> str:
     """Name kinds of input whose errors are large, but usual for this FMU; empty without any."""
-    found = [row for row in rows if row.valid and row.far_off]
-    found.sort(key=lambda row: -row.error)
-    return f"Under {_some(found)} its error is usual, but the FMU is {FAR}." if found else ""
+    usual = [row for row in rows if row.valid and row.far_off]
+    usual.sort(key=lambda row: -row.error)
+    return f"Under {_some(usual)} its error is usual, but the FMU is {FAR}." if usual else ""
 
 
 def _few(row: Row) -> str:
@@ -166,7 +166,7 @@ def _some(rows: Sequence[Row]) -> str:
 
 def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict:
     """Return the verdict on an FMU, with its numbers and commands."""
-    found = measured.in_range
+    in_range = measured.in_range
     commands = [
         ("Read it", f"slide-fmu info {measured.name}.fmu"),
         (
@@ -176,12 +176,12 @@ def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict
         ),
         (
             "Measure it again",
-            f"slide-fmu validate {measured.name}.fmu --trajectories {found.trajectories} "
-            f"--seed {found.seed}",
+            f"slide-fmu validate {measured.name}.fmu --trajectories {in_range.trajectories} "
+            f"--seed {in_range.seed}",
         ),
         ("Make it again", measured.command),
     ]
-    facts = verdict_facts(measured.rows, found.timing, surrogate.memory_s)
+    facts = verdict_facts(measured.rows, in_range.timing, surrogate.memory_s)
     return Verdict(verdict(measured.rows), facts, commands)
 
 
@@ -209,14 +209,14 @@ def _of_row(row: Row, call: Call) -> list[Fact]:
     """Return the numbers of all inputs in range, in the call of an importer."""
     of_output = "" if len(row.outputs) == 1 else " of the worst output"
     text = f"Relative RMSE{of_output} {CALLS[call].within} at {length_of(row)}, on unseen inputs."
-    found = [Fact("Error", percent(row.error), text, False if row.far_off else None)]
+    facts = [Fact("Error", percent(row.error), text, False if row.far_off else None)]
     if row.covered is not None:
         good = row.covered >= CONFIDENCE - MISSING
         below = f"This part of the samples lies below the error bound of {percent(CONFIDENCE)}."
-        found.append(Fact("Bound", percent(row.covered), below, good))
+        facts.append(Fact("Bound", percent(row.covered), below, good))
     if row.trusted is not None:
-        found.append(Fact("Trusted", percent(row.trusted), "Here the FMU says that it is right."))
-    return found
+        facts.append(Fact("Trusted", percent(row.trusted), "Here the FMU says that it is right."))
+    return facts
 
 
 def _validity(rows: Iterable[Row]) -> Fact | None:
@@ -236,9 +236,9 @@ def _validity(rows: Iterable[Row]) -> Fact | None:
     return Fact("Validity", value, text, all(good) and not far)
 
 
-def _speed(found: Timing) -> Fact:
-    if found.speed is None:
+def _speed(timing: Timing) -> Fact:
+    if timing.speed is None:
         text = "A step of the FMU takes this time."
-        return Fact("Speed", f"{found.fmu_step_us:.3g} µs", text)
-    good = None if found.speed.ratio >= 1 else False
-    return Fact("Speed", f"{ratio_text(found.speed.ratio)} times", timing_text(found), good)
+        return Fact("Speed", f"{timing.fmu_step_us:.3g} µs", text)
+    good = None if timing.speed.ratio >= 1 else False
+    return Fact("Speed", f"{ratio_text(timing.speed.ratio)} times", timing_text(timing), good)

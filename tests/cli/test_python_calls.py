@@ -13,12 +13,12 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu import RunResult, learn, validate
-from slide_fmu.cli.python_calls import _recipe_tables
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.data.errors import StoreError
 from slide_fmu.fmu.export import load, read_fmu
 from slide_fmu.memory import motions
 from slide_fmu.pipeline.run_folder import StageError
+from slide_fmu.propose.object_recipe import recipe_tables
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
@@ -209,10 +209,10 @@ def test_excitation_of_an_object_follows_from_its_inputs() -> None:
         "angle": pair,
     }
     for kind, inputs in cases.items():
-        found = _recipe_tables(Still(*inputs), "still", {})["data"]["excitation"]
+        found = recipe_tables(Still(*inputs), "still", {})["data"]["excitation"]
         assert found == default_excitation(0.1, kind)  # type: ignore[arg-type]
     given = {"data": {"excitation": [{"kind": "held_random"}]}}
-    assert _recipe_tables(Still(road), "still", given)["data"] == given["data"]
+    assert recipe_tables(Still(road), "still", given)["data"] == given["data"]
 
 
 def test_mistake_in_a_table_is_named_as_in_a_recipe(tmp_path: Path) -> None:

@@ -10,22 +10,22 @@ from rich.console import Console
 from slide_fmu.cli import stage_results
 from slide_fmu.propose.proposal import Proposal
 from slide_fmu.recipe.writing import Draft, DraftSignal
-from slide_fmu.report.console import Rows
+from slide_fmu.report.console import PrintedTable
 from slide_fmu.report.table import ReportTable
 from slide_fmu.systems.declared import SignalTable
 
 
-def printed(table: Rows, width: int) -> str:
+def printed(table: PrintedTable, width: int) -> str:
     """Return what a console of a width shows."""
     shown = io.StringIO()
     Console(file=shown, width=width, markup=False, highlight=False).print(table)
     return shown.getvalue()
 
 
-def example() -> Rows:
+def example() -> PrintedTable:
     heading = "output", "of the worst trajectories", "correlation", "relative RMSE"
     rows = [("position", "91.2 %", "0.73", "0.0407 %"), ("velocity", "95 %", "", "0.1 %")]
-    return Rows(ReportTable.of(heading, rows))
+    return PrintedTable(ReportTable.of(heading, rows))
 
 
 @pytest.mark.parametrize("width", [200, 60])

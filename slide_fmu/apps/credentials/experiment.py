@@ -55,13 +55,13 @@ class Experiment:
 
     def relative_errors(self) -> dict[str, float]:
         """Return, by output, the RMSE over the RMS of the reference about its mean."""
-        found = {}
+        errors = {}
         for name, truth in self.reference.items():
             known = np.isfinite(truth)
             error = (self.results[name][-len(truth) :] - truth)[known, None]
             scale = max(float(truth[known].std()), sys.float_info.min)
-            found[name] = float(rms(error)[0] / scale)
-        return found
+            errors[name] = float(rms(error)[0] / scale)
+        return errors
 
 
 def experiment_members(experiment: Experiment) -> dict[str, bytes]:
@@ -69,15 +69,15 @@ def experiment_members(experiment: Experiment) -> dict[str, bytes]:
     time = experiment.step * np.arange(experiment.steps + 1, dtype=np.float64)
     # importers that interpolate need inputs up to the end
     inputs = {name: np.append(u, u[-1:]) for name, u in experiment.inputs.items()}
-    found = {
+    files = {
         members.EXPERIMENTS: _document(experiment),
         members.INPUTS: write_table(time, inputs),
         members.RESULTS: write_table(time, experiment.results),
         members.REFERENCE_MODEL: write_table(time[-experiment.compared :], experiment.reference),
     }
     if experiment.parameters:
-        found[members.PARAMETERS] = parameter_set(experiment.parameters)
-    return found
+        files[members.PARAMETERS] = parameter_set(experiment.parameters)
+    return files
 
 
 def read_experiment(fmu: Path) -> Experiment | None:
@@ -91,10 +91,10 @@ def read_experiment(fmu: Path) -> Experiment | None:
     content = read_member(fmu, members.EXPERIMENTS)
     if content is None:
         return None
-    found = parsed(content, members.EXPERIMENTS, "experiments").find("Experiment")
-    step = float(found.get("stepSize", "nan"))
-    times, inputs = _linked(fmu, found, "Stimuli")
-    ends, results = _linked(fmu, found, "References")
+    element = parsed(content, members.EXPERIMENTS, "experiments").find("Experiment")
+    step = float(element.get("stepSize", "nan"))
+    times, inputs = _linked(fmu, element, "Stimuli")
+    ends, results = _linked(fmu, element, "References")
     reference = read_table(_required(fmu, members.REFERENCE_MODEL), members.REFERENCE_MODEL)[1]
     own = step * np.arange(len(times), dtype=np.float64)
     if not (len(times) == len(ends) > 1 and np.allclose(times, own) and np.allclose(ends, own)):
@@ -109,20 +109,20 @@ def read_experiment(fmu: Path) -> Experiment | None:
             f"{members.RESULTS}, {sorted(results)}, and at most as many rows"
         )
     stimuli = {name: values[:-1] for name, values in inputs.items()}
-    return Experiment(step, stimuli, results, reference, _parameters(fmu, found))
+    return Experiment(step, stimuli, results, reference, _parameters(fmu, element))
 
 
-def _linked(fmu: Path, found: Any, tag: str) -> tuple[FloatArray, dict[str, FloatArray]]:
+def _linked(fmu: Path, experiment: Any, tag: str) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Read the table that an element of an experiment names."""
-    element = found.find(tag)
+    element = experiment.find(tag)
     if element is None:
         raise CredentialError(f"{members.EXPERIMENTS} has no element {tag}; expected one")
     name = member(element.get("source"), members.EXPERIMENTS)
     return read_table(_required(fmu, name), name)
 
 
-def _parameters(fmu: Path, found: Any) -> dict[str, float]:
-    element = found.find("Parameters")
+def _parameters(fmu: Path, experiment: Any) -> dict[str, float]:
+    element = experiment.find("Parameters")
     if element is None:
         return {}
     name = member(element.get("source"), members.EXPERIMENTS)

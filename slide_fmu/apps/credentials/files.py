@@ -9,7 +9,7 @@ import jinja2
 from slide_fmu.apps.credentials import members
 from slide_fmu.apps.credentials.experiment import Experiment, experiment_members, read_experiment
 from slide_fmu.apps.credentials.make_experiment import make_experiment
-from slide_fmu.apps.credentials.manifest import Related, write_manifest
+from slide_fmu.apps.credentials.manifest import RelatedFile, write_manifest
 from slide_fmu.apps.credentials.metadata import resource_metadata
 from slide_fmu.apps.credentials.statements import statements
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
@@ -23,30 +23,30 @@ FOOTER = "<!-- links of the FMU -->"
 END = "</body>"
 
 KNOWN = (
-    Related(
+    RelatedFile(
         members.METADATA,
         members.SRMD,
         "meta-data",
         "Purpose, range of validity, reference, data, measured error and limits.",
     ),
-    Related(
+    RelatedFile(
         members.EXPERIMENTS,
         members.EXPERIMENTS_TYPE,
         "experiment/smoke-test",
         "An experiment that any importer can repeat.",
     ),
-    Related(members.INPUTS, members.CSV, "other", "Inputs of the experiment."),
-    Related(members.PARAMETERS, members.SSV, "parameter", "Parameters of the experiment."),
-    Related(members.RESULTS, members.CSV, "result", "What this FMU gave in the experiment."),
-    Related(
+    RelatedFile(members.INPUTS, members.CSV, "other", "Inputs of the experiment."),
+    RelatedFile(members.PARAMETERS, members.SSV, "parameter", "Parameters of the experiment."),
+    RelatedFile(members.RESULTS, members.CSV, "result", "What this FMU gave in the experiment."),
+    RelatedFile(
         members.REFERENCE_MODEL,
         members.CSV,
         "result",
         "What the reference gave in the experiment, as far as both can be compared.",
     ),
-    Related(PAGE, "text/html", "report", "Report of the training and validation."),
-    Related(CARD, "text/markdown", "document", "Model card."),
-    Related(
+    RelatedFile(PAGE, "text/html", "report", "Report of the training and validation."),
+    RelatedFile(CARD, "text/markdown", "document", "Model card."),
+    RelatedFile(
         PROVENANCE, "application/json", "method", "Recipe, seeds, versions and measured figures."
     ),
 )
@@ -71,21 +71,21 @@ def members_of(release: Release) -> dict[str, bytes]:
     described = FmuDescription.of(surrogate, release.provenance)
     entries = statements(described, recipe)
     payload, name = surrogate.to_bytes(), surrogate.name
-    found = {members.METADATA: resource_metadata(name, recipe.description, entries, payload)}
+    own = {members.METADATA: resource_metadata(name, recipe.description, entries, payload)}
     if experiment is not None:
-        found |= experiment_members(experiment)
+        own |= experiment_members(experiment)
     if PAGE in release.members:
-        found[PAGE] = with_links(release.members[PAGE])
-    there = {*release.members, *found, PROVENANCE}
+        own[PAGE] = with_links(release.members[PAGE])
+    there = {*release.members, *own, PROVENANCE}
     files = [file for file in KNOWN if file.member in there]
-    found[members.MANIFEST] = write_manifest(files)
+    own[members.MANIFEST] = write_manifest(files)
     shifted = described.surrogate.forecasts_inputs
-    found[members.REFERENCES_PAGE] = references_page(name, files, experiment, shifted)
-    return found
+    own[members.REFERENCES_PAGE] = references_page(name, files, experiment, shifted)
+    return own
 
 
 def references_page(
-    name: str, files: Sequence[Related], experiment: Experiment | None, shifted: bool
+    name: str, files: Sequence[RelatedFile], experiment: Experiment | None, shifted: bool
 ) -> bytes:
     """Write the page about related files as HTML.
 

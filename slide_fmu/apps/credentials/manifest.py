@@ -19,8 +19,8 @@ NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 
 
 @dataclass(frozen=True)
-class Related:
-    """A Related is a related file of an FMU.
+class RelatedFile:
+    """A RelatedFile is a related file of an FMU.
 
     Attributes:
         member: its name in the FMU.
@@ -35,7 +35,7 @@ class Related:
     description: str
 
 
-def write_manifest(files: Sequence[Related]) -> bytes:
+def write_manifest(files: Sequence[RelatedFile]) -> bytes:
     """Write the manifest; it has no checksums, since others may change the files."""
     ElementTree.register_namespace("fmi-ls", NAMESPACE)
     own = {"fmi-ls-name": NAME, "fmi-ls-version": VERSION, "fmi-ls-description": DESCRIPTION}
@@ -52,7 +52,7 @@ def write_manifest(files: Sequence[Related]) -> bytes:
     return document(root)
 
 
-def read_manifest(content: bytes) -> list[Related]:
+def read_manifest(content: bytes) -> list[RelatedFile]:
     """Read the manifest of an FMU, and return its files that lie in the FMU.
 
     Raises:
@@ -60,14 +60,14 @@ def read_manifest(content: bytes) -> list[Related]:
     """
     root = parsed(content, MANIFEST, "references")
     return [
-        Related(
-            member(found.get("source"), MANIFEST),
-            found.get("type", "application/octet-stream"),
-            found.get("role"),
-            found.get("description", ""),
+        RelatedFile(
+            member(element.get("source"), MANIFEST),
+            element.get("type", "application/octet-stream"),
+            element.get("role"),
+            element.get("description", ""),
         )
-        for found in root.iterfind("Related")
-        if is_relative(found.get("source"))
+        for element in root.iterfind("Related")
+        if is_relative(element.get("source"))
     ]
 
 

@@ -67,9 +67,9 @@ def metadata_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | 
         entries = statements(FmuDescription.of(surrogate, provenance), recipe)
         payload = surrogate.to_bytes()
         written = resource_metadata(surrogate.name, recipe.description, entries, payload)
-        found, expected = ElementTree.fromstring(content), ElementTree.fromstring(written)
+        stated, expected = ElementTree.fromstring(content), ElementTree.fromstring(written)
         if other_writer(provenance) is None:
-            yield from disagreements(METADATA, differences(found, expected))
+            yield from disagreements(METADATA, differences(stated, expected))
 
     return compared_with_provenance(fmu, provenance, compare)
 

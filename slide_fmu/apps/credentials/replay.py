@@ -84,13 +84,13 @@ def replay(fmu: Path, surrogate: Surrogate) -> Replay | None:
     names, step = list(experiment.results), experiment.step
     with unpacked(fmu) as files:
         values = run_fmu(files, experiment.inputs, names, experiment.parameters, step).values
-    found = dict(zip(names, values.T, strict=True))
+    repeated = dict(zip(names, values.T, strict=True))
     differences = {
-        name: float(np.max(np.abs(found[name] - experiment.results[name]))) for name in names
+        name: float(np.max(np.abs(repeated[name] - experiment.results[name]))) for name in names
     }
     allowed = _allowed(experiment, surrogate)
     if surrogate.bound is not None:
-        of_bound = bound_deviations(surrogate, found, experiment.results)
+        of_bound = bound_deviations(surrogate, repeated, experiment.results)
         differences |= {name: deviation for name, (deviation, _) in of_bound.items()}
         allowed |= {name: most for name, (_, most) in of_bound.items()}
     return Replay(experiment.steps, differences, allowed, experiment.relative_errors())

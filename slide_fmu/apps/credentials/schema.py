@@ -36,9 +36,9 @@ def parsed(content: bytes, name: str, schema: str) -> Any:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
         raise CredentialError(f"{name} is no XML: {error}; expected a whole document") from error
-    found = _schema(schema)
-    if not found.validate(root):
-        fault = found.error_log[0]
+    rules = _schema(schema)
+    if not rules.validate(root):
+        fault = rules.error_log[0]
         raise CredentialError(
             f"{name}, line {fault.line}: {fault.message} It is not as its schema says: write the "
             "FMU again with slide-fmu export"

@@ -62,7 +62,7 @@ def _purpose(recipe: Recipe) -> str:
 
 def _validity(described: FmuDescription, recipe: Recipe) -> list[Entry]:
     surrogate = described.surrogate
-    found = [
+    entries = [
         Entry("validity.in_words", _in_words(described, recipe)),
         table("validity.inputs", "Input", [_signal_row(s) for s in surrogate.inputs]),
         table("validity.excitations", "Excitation", _excitation_rows(recipe)),
@@ -73,11 +73,11 @@ def _validity(described: FmuDescription, recipe: Recipe) -> list[Entry]:
     }
     for name, kinds in others.items():
         if kinds:
-            found.append(table(name, "Excitation", _kind_rows(kinds)))
+            entries.append(table(name, "Excitation", _kind_rows(kinds)))
     if surrogate.physical_parameters:
         rows = [_range_row(p.signal) for p in surrogate.physical_parameters]
-        found.append(table("validity.parameters", "Parameter", rows))
-    return found
+        entries.append(table("validity.parameters", "Parameter", rows))
+    return entries
 
 
 def _in_words(described: FmuDescription, recipe: Recipe) -> list[str]:
@@ -86,15 +86,15 @@ def _in_words(described: FmuDescription, recipe: Recipe) -> list[str]:
     kinds = rules_of(recipe).described(
         recipe, surrogate.inputs, surrogate.window.step, held_out=False
     )
-    found = [f"Trained on {name}: {text}." for name, text in kinds.items()]
+    sentences = [f"Trained on {name}: {text}." for name, text in kinds.items()]
     rows = () if measured is None else measured.rows
     call = call_of(rows)
     for row in ordered(rows):
         if row.is_at(call, 1.0) and (verdict := judged(row)):
-            found.append(
+            sentences.append(
                 f"{named(row)}: {verdict} at {length_of(row)}, relative RMSE {percent(row.error)}."
             )
-    return [*found, WORDS, RULE] if rows else found
+    return [*sentences, WORDS, RULE] if rows else sentences
 
 
 def _range_row(signal: Signal) -> Row:
@@ -158,46 +158,48 @@ def _reference(recipe: Recipe, measured: RunFigures | None) -> list[Entry]:
 def _data(described: FmuDescription, recipe: Recipe) -> list[Entry]:
     """State the training data, and the programs used."""
     data, provenance, origin = recipe.data, described.provenance or {}, described.origin
-    found = []
+    entries = []
     if not rules_of(recipe).simulated:
-        found.append(table("data.records", "Record", _rows(provenance.get("records", []))))
+        entries.append(table("data.records", "Record", _rows(provenance.get("records", []))))
         if "noise_record" in provenance:
-            found.append(table("data.noise_record", "Record", _rows([provenance["noise_record"]])))
+            entries.append(
+                table("data.noise_record", "Record", _rows([provenance["noise_record"]]))
+            )
     else:
         rows = [{"name": split, "trajectories": recipe.count(split)} for split in SPLITS]
         times = {"duration_s": data.duration, "burn_in_s": data.burn_in, "seed": data.seed}
-        found.append(table("data.trajectories", "Part", rows, **times))
+        entries.append(table("data.trajectories", "Part", rows, **times))
     seeds = origin.known_seeds
     if recipe.bound is not None:
         seeds["error_bound"] = recipe.bound.expert.seed
     of_all = ({"of": k, "value": v} for k, v in sorted(seeds.items()))
-    found.append(table("training", "Seed", of_all))
+    entries.append(table("training", "Seed", of_all))
     if "start" in provenance:
-        found.append(table("training.start", "Fmu", _rows([provenance["start"]])))
+        entries.append(table("training.start", "Fmu", _rows([provenance["start"]])))
     versions = sorted(origin.versions.items())
     rows_of_versions = ({"package": k, "version": v} for k, v in versions)
-    return [*found, table("versions", "Version", rows_of_versions)]
+    return [*entries, table("versions", "Version", rows_of_versions)]
 
 
-def _rows(found: Iterable[Row]) -> list[Row]:
+def _rows(rows: Iterable[Row]) -> list[Row]:
     """Sort the attributes of rows: rows stored in an FMU are sorted, other rows must be equal."""
-    return [dict(sorted(row.items())) for row in found]
+    return [dict(sorted(row.items())) for row in rows]
 
 
 def _accuracy(measured: RunFigures) -> list[Entry]:
     """Return the measured errors, and the figures of estimates, bounds and stability tests."""
     validations = measured.ordered
-    found = [joined("accuracy", _accuracy_tables(validations))]
+    entries = [joined("accuracy", _accuracy_tables(validations))]
     if measured.rows:
-        found.append(table("accuracy.rows", "Row", map(_row, ordered(measured.rows))))
+        entries.append(table("accuracy.rows", "Row", map(_row, ordered(measured.rows))))
         outputs = [line for row in ordered(measured.rows) for line in _outputs_of(row)]
-        found.append(table("accuracy.outputs", "Output", outputs))
+        entries.append(table("accuracy.outputs", "Output", outputs))
     estimates = list(_estimates(validations))
     if estimates:
-        found.append(table("error_estimate", "Deviation", estimates))
+        entries.append(table("error_estimate", "Deviation", estimates))
     if measured.stability:
-        found.append(table("stability", "Test", _rows(map(vars, measured.stability))))
-    return found
+        entries.append(table("stability", "Test", _rows(map(vars, measured.stability))))
+    return entries
 
 
 def _named(row: measured_row.Row) -> Row:
@@ -236,11 +238,11 @@ def _outputs_of(row: measured_row.Row) -> Iterator[Row]:
 def _estimates(validations: Mapping[str, ValidationFigures]) -> Iterator[Row]:
     """Yield how far error estimates are off, for each validation and output."""
     for name, validation in validations.items():
-        for output, found in deviations_of(validation.error_estimate):
+        for output, deviation in deviations_of(validation.error_estimate):
             assert validation.error_estimate is not None
             span = validation.error_estimate.span_samples
             of_output = {"inputs": name, "output": output, "span_samples": span}
-            yield {**of_output, **{key: v for key, v in vars(found).items() if key != "name"}}
+            yield {**of_output, **{key: v for key, v in vars(deviation).items() if key != "name"}}
 
 
 def _accuracy_tables(validations: Mapping[str, ValidationFigures]) -> Iterable[Entry]:

@@ -84,13 +84,13 @@ def load_drawing(name: str, signals: Collection[str]) -> Drawing:
         LoadError: the module cannot be imported.
     """
     module, function = imported(f"drawing {name!r}", name)
-    found = getattr(module, function, None)
-    if not callable(found):
+    describe = getattr(module, function, None)
+    if not callable(describe):
         raise DrawingError(
             f"drawing {name!r}: {module.__name__!r} has no function {function!r}; expected one "
             "that takes nothing and returns the description of a drawing: correct the name"
         )
-    return checked_drawing(found(), signals, name)
+    return checked_drawing(describe(), signals, name)
 
 
 def checked_drawing(description: Any, signals: Collection[str], name: str) -> Drawing:

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from slide_fmu.apps.credentials.manifest import (
     DESCRIPTION,
     NAMESPACE,
-    Related,
+    RelatedFile,
     is_relative,
     read_manifest,
     write_manifest,
@@ -20,8 +20,8 @@ from tests.apps.credentials.standards import layered_standard_schema
 from tests.refusals import refused
 
 FILES = [
-    Related("documentation/index.html", "text/html", "report", "Report & figures."),
-    Related("extra/org.fmi-standard.fmi-ls-ref/a.csv", "text/csv", "result", "Results."),
+    RelatedFile("documentation/index.html", "text/html", "report", "Report & figures."),
+    RelatedFile("extra/org.fmi-standard.fmi-ls-ref/a.csv", "text/csv", "result", "Results."),
 ]
 
 

@@ -175,8 +175,8 @@ def fit_head(
         pairs = list(zip(learnt, parts, strict=True))
         statistics = np.concatenate([samples_of(mix.statistics[part]) for mix, part in pairs])
         inputs = torch.as_tensor(features.along(statistics)).to(device)
-        found = np.concatenate([samples_of(mix.errors[part]) for mix, part in pairs])
-        relative = np.pad(found / usual, ((0, 0), (1, 0), (0, 0)))
+        errors_of_part = np.concatenate([samples_of(mix.errors[part]) for mix, part in pairs])
+        relative = np.pad(errors_of_part / usual, ((0, 0), (1, 0), (0, 0)))
         return WindowData(inputs, torch.as_tensor(relative).to(inputs), Window(1.0, 1, 1))
 
     training = TrainingRecipe(

@@ -46,12 +46,12 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
         return None
     true = np.concatenate([moving_rms(one, span) for one in errors])
     last = errors.shape[1] - span + 1
-    found = _estimates(surrogate, split, given)[:, -last:].reshape(-1, errors.shape[2])
+    estimates = _estimates(surrogate, split, given)[:, -last:].reshape(-1, errors.shape[2])
     for index, signal in enumerate(surrogate.outputs):
         known = true[:, index] > 0
         if not known.any():
             continue
-        error, estimate = true[known, index], found[known, index]
+        error, estimate = true[known, index], estimates[known, index]
         own, constant = (
             float(np.mean(np.abs(value - error) / error))
             for value in (estimate, best_constant(error))

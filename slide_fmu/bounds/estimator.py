@@ -168,17 +168,17 @@ def fit_estimator(
         ValueError: the surrogate makes no error above the resolution, or signs are to be flipped
             of features that do not change their sign with the inputs.
     """
-    found = _errors_along(surrogate, offered, splits, recipe, device)
-    log_error, step, n_outputs = found.log_error, surrogate.window.step, len(surrogate.outputs)
+    errors = _errors_along(surrogate, offered, splits, recipe, device)
+    log_error, step, n_outputs = errors.log_error, surrogate.window.step, len(surrogate.outputs)
     n_values = 2 * n_outputs if recipe.network.time_invariant else n_outputs
     network = FeedForwardModule(
-        recipe.network, found.n_samples, found.features, n_values, found.ages
+        recipe.network, errors.n_samples, errors.features, n_values, errors.ages
     )
-    network.to(device, found.inputs[0].dtype)
+    network.to(device, errors.inputs[0].dtype)
     network.initialise(torch.Generator(device).manual_seed(recipe.training.seed))
     histories = {}
     if recipe.expert.pretraining is not None:
-        training, validation = found.single_samples(step, recipe)
+        training, validation = errors.single_samples(step, recipe)
         histories[POSITIONS] = train(
             network,
             training,
@@ -188,14 +188,14 @@ def fit_estimator(
             progress(POSITIONS),
             likelihood(log_error, recipe.expert.resolution, n_outputs),
         )
-    module = EstimatorModule(network, found.positions, log_error, n_outputs)
-    training, validation = found.windows(step, recipe.expert.resolution)
+    module = EstimatorModule(network, errors.positions, log_error, n_outputs)
+    training, validation = errors.windows(step, recipe.expert.resolution)
     histories[BLOCKS] = train(
         module, training, validation, recipe.training, checkpoint, progress(BLOCKS), ROBUST
     )
     # the changes of the first samples are wrong: the inputs before them are not stored
-    ranges = _ranges(found.inputs[0][:, BEFORE:])
-    return ErrorEstimator(network.freeze(), log_error, found.positions, ranges), histories
+    ranges = _ranges(errors.inputs[0][:, BEFORE:])
+    return ErrorEstimator(network.freeze(), log_error, errors.positions, ranges), histories
 
 
 @dataclass(frozen=True, eq=False)

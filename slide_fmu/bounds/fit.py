@@ -181,7 +181,7 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
     # if features were searched, the companion searches them too, with its own sizes
     searched = any(name.startswith(FEATURES) for name in fit.histories)
     sized = recipe if searched else fit.recipe
-    found: list[tuple[float, Surrogate, History]] = []
+    attempts: list[tuple[float, Surrogate, History]] = []
     known = None if work.known is None else companion_start(work.known)
     for attempt in range(recipe.bound.expert.attempts if known is None else 1):
         stage = COMPANION if attempt == 0 else f"{COMPANION}, attempt {attempt + 1}"
@@ -190,8 +190,8 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
         other = fit_network(replace(work, case=case, known=known), part)
         history = other.histories[stage]
         error = min(history.validation_error)
-        found.append((error, other.surrogate, history))
+        attempts.append((error, other.surrogate, history))
         if error <= accurate:
             break
-    _, companion, history = min(found, key=lambda one: one[0])
+    _, companion, history = min(attempts, key=lambda one: one[0])
     return companion, history

@@ -67,8 +67,8 @@ def _rms_error(weights: FloatArray, values: FloatArray) -> float:
     if views.shape[1] <= len(window):
         return 1.0
     changes = views[:, :, 0] - views[:, :, 1]
-    found = changes_of(weights, views[:, :, 1:].reshape(-1, n_past + 1))
-    squares = (np.vstack([found, np.zeros((1, found.shape[1]))]) - changes.ravel()) ** 2
+    forecast = changes_of(weights, views[:, :, 1:].reshape(-1, n_past + 1))
+    squares = (np.vstack([forecast, np.zeros((1, forecast.shape[1]))]) - changes.ravel()) ** 2
     squares = squares.reshape(-1, *changes.shape)  # (candidates and the held value, motions, N)
     past = np.apply_along_axis(np.convolve, 2, squares, window, "valid")[:, :, :-1]
     past[:-1] /= BETTER
@@ -103,8 +103,8 @@ def _fit(values: FloatArray) -> FloatArray:
     views, changes, held = views[moving][:, :, 1:], changes[moving], held[moving]
     weights = POLYNOMIALS
     for _ in range(ROUNDS):
-        found = changes_of(weights, views.reshape(-1, n_past + 1)).reshape(-1, *changes.shape)
-        scores = np.sum((changes - found) ** 2, axis=2) / held
+        forecast = changes_of(weights, views.reshape(-1, n_past + 1)).reshape(-1, *changes.shape)
+        scores = np.sum((changes - forecast) ** 2, axis=2) / held
         best = np.where(scores.min(axis=0) < BETTER, scores.argmin(axis=0), -1)
         weights = np.stack(
             [

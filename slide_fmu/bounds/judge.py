@@ -230,11 +230,11 @@ def factors_of(
     trajectories alone.
     """
     n_outputs = calibration.errors.shape[2]
-    found = scales_of(head, calibration.statistics)[..., :n_outputs]
+    scales = scales_of(head, calibration.statistics)[..., :n_outputs]
     errors = calibration.errors
     left = np.sqrt(np.maximum(errors**2 - floors**2, 0.0))
-    ratios = np.where(errors <= calibration.disagreement, 0.0, left / found)
-    without = np.maximum(errors / found, 2.0**-MOST_EXPONENT)  # factors must be positive
+    ratios = np.where(errors <= calibration.disagreement, 0.0, left / scales)
+    without = np.maximum(errors / scales, 2.0**-MOST_EXPONENT)  # factors must be positive
     enough = calibrated(len(ratios))
     factors = [
         np.full(n_outputs, NO_BOUND)
@@ -289,8 +289,8 @@ def span_factors(errors: FloatArray, rms: FloatArray, block: int) -> FloatArray:
     too large as often as too small.
     """
     known = slice((N_BLOCKS + 1) * block, None)
-    true, found = (block_means(values**2, block)[:, known] for values in (errors, rms))
-    ratios = np.log(np.maximum(true, SMALLEST) / found)
+    true, estimated = (block_means(values**2, block)[:, known] for values in (errors, rms))
+    ratios = np.log(np.maximum(true, SMALLEST) / estimated)
     return np.asarray(np.exp(0.5 * np.median(ratios.reshape(-1, ratios.shape[2]), axis=0)))
 
 

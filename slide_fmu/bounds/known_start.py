@@ -50,11 +50,11 @@ def known_start(recipe: Recipe, source: Source) -> Surrogate | None:
             f"{place} has no error bound; expected one, since the companion of [bound] begins "
             "with that of this FMU: remove the table [bound] and those below it, or the key"
         )
-    found, wanted = _meaning(surrogate, surrogate.window.step), _meaning(source, source.step)
+    meaning, wanted = _meaning(surrogate, surrogate.window.step), _meaning(source, source.step)
     for what, value in wanted.items():
-        if found[what] != value:
+        if meaning[what] != value:
             raise RecipeError(
-                f"{place} has the {what} {found[what]}; expected {value}, as the recipe: give "
+                f"{place} has the {what} {meaning[what]}; expected {value}, as the recipe: give "
                 "signals the same names, units and holds, and the same step, in both"
             )
     return surrogate

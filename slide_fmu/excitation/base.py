@@ -70,10 +70,10 @@ class Kind(Table, abc.ABC):
 
         By default they do wherever they change, if the kind does so at all.
         """
-        found = np.zeros(inputs.shape, dtype=bool)
+        jumps = np.zeros(inputs.shape, dtype=bool)
         if self.jumps:
-            found[1:] = inputs[1:] != inputs[:-1]
-        return found
+            jumps[1:] = inputs[1:] != inputs[:-1]
+        return jumps
 
     def settings(self) -> dict[str, str]:
         """Return the fields other than ``kind`` and ``weight`` by name, as text for reports.

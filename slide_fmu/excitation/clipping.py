@@ -32,8 +32,8 @@ def clipped(kind: Kind, signals: tuple[Signal, ...], step: float) -> str | None:
     """
     if isinstance(kind, Recorded):
         shares = zip(signals, kind.shares_outside(signals), strict=True)
-        found = [(signal.name, share) for signal, share in shares if share > SOME]
-        return f"{Path(kind.path).name}: {_listed(found)}" if found else None
+        clipped_signals = [(signal.name, share) for signal, share in shares if share > SOME]
+        return f"{Path(kind.path).name}: {_listed(clipped_signals)}" if clipped_signals else None
     if not isinstance(kind, ChannelKind):
         return None
     share = float(np.mean(np.abs(_drawn(kind, step)) > 1.0))
@@ -52,9 +52,9 @@ def _drawn(kind: ChannelKind, step: float) -> FloatArray:
     return np.stack([kind.scaled(time, rng) for _ in range(DRAWS)])
 
 
-def _listed(found: Sequence[tuple[str, float]]) -> str:
+def _listed(signals: Sequence[tuple[str, float]]) -> str:
     """Name inputs with the shares of their samples that are clipped."""
-    (name, share), *others = found
+    (name, share), *others = signals
     more = "".join(f", {other} in {percent(part)}" for other, part in others)
     they = "they are" if others else "is"
     return f"{name} leaves its range in {percent(share)} of the time{more}, and {they} clipped"

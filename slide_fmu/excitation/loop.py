@@ -186,14 +186,14 @@ class LoopRecipe(Table):
         if self.partner is not None:
             return Interface(output, input, 1.0, 1.0, force_out=False, turning=False)
         units = outputs[output].unit.replace("*", "."), inputs[input].unit.replace("*", ".")
-        found = _causality(*units)
-        if found is None or inputs[input].angle is not None:
+        causality = _causality(*units)
+        if causality is None or inputs[input].angle is not None:
             raise ValueError(
                 f"output {self.output!r} in {units[0]} acts on input {self.input!r} in "
                 f"{units[1]}; expected a force and a displacement, or a moment and an angle, in "
                 f"either order, in {', '.join((*FORCES, *DISPLACEMENTS, *MOMENTS, *ANGLES))}"
             )
-        made = Interface(output, input, *found)
+        made = Interface(output, input, *causality)
         if made.force_out != bool(self.mass[1]):
             remedy = "give a range of mass" if made.force_out else "remove mass, give stiffness"
             what = "force" if made.force_out else "displacement"
@@ -221,7 +221,7 @@ class LoopRecipe(Table):
         own = self.ranges or {}
         pairs = (self.mass, self.stiffness, self.damping, *own.values())
         differ = any(low < high for low, high in pairs)
-        found = [
+        partners = [
             Partner(
                 _at(self.mass, share),
                 _at(self.stiffness, share),
@@ -230,7 +230,7 @@ class LoopRecipe(Table):
             )
             for share in ((0.0, 0.5, 1.0) if differ else (0.0,))
         ]
-        return list(dict.fromkeys(found))
+        return list(dict.fromkeys(partners))
 
     def described(self, signals: Sequence[Signal], step: float) -> str:
         """Describe the motions in one sentence without its full stop, as a kind of excitation."""

@@ -90,10 +90,10 @@ def names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
 
     The name is the kind; if several have that kind, the position in the mix, from 1, is added.
     """
-    found = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
+    names = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
     return [
-        name if found.count(name) == 1 else f"{name} {number}"
-        for number, name in enumerate(found, start=1)
+        name if names.count(name) == 1 else f"{name} {number}"
+        for number, name in enumerate(names, start=1)
     ]
 
 
@@ -121,13 +121,13 @@ def told_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
 
 def _told_settings(kind: Kind | LoopRecipe) -> dict[str, str]:
     """Return settings that are a number, a range or a name, as they stand in names of rows."""
-    found = {}
+    settings = {}
     for name, text in kind.settings().items():
         if "," in text or text == "yes":
             continue
         words = " to ".join(dict.fromkeys(map(_short, text.split(" .. "))))
-        found[name] = f"{words} rad/s" if name == FIRST_TOLD else f"{name} {words}"
-    return dict(sorted(found.items(), key=lambda item: item[0] != FIRST_TOLD))
+        settings[name] = f"{words} rad/s" if name == FIRST_TOLD else f"{name} {words}"
+    return dict(sorted(settings.items(), key=lambda item: item[0] != FIRST_TOLD))
 
 
 def _short(text: str) -> str:

@@ -38,9 +38,9 @@ class OneAtATime(Kind):
 
     def like(self, other: Kind) -> OneAtATime:
         """Return the kind whose input moves as in another kind; ``inputs`` needs that."""
-        found = self.model_copy()
-        found._like = other
-        return found
+        kind = self.model_copy()
+        kind._like = other
+        return kind
 
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse a single input: it moves alone in all other kinds.

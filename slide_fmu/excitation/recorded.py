@@ -64,14 +64,14 @@ class Recorded(Kind):
         if not isinstance(values, dict) or not isinstance(values.get("path"), str):
             return values
         content = _content(values["path"])
-        found = hashlib.sha256(content).hexdigest()
+        digest = hashlib.sha256(content).hexdigest()
         given = values.get("digest")
-        if given not in (None, found):
+        if given not in (None, digest):
             raise ValueError(
-                f"path = {values['path']!r} has the SHA-256 {found}; expected {given}: the file "
+                f"path = {values['path']!r} has the SHA-256 {digest}; expected {given}: the file "
                 "has changed since; remove the digest to use it as it is"
             )
-        return {**values, "digest": found}
+        return {**values, "digest": digest}
 
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse a file that lacks an input or a rising time, or lies mostly outside a range.
@@ -124,14 +124,14 @@ class Recorded(Kind):
         Cosine and sine of an angle are never clipped.
         """
         table = _read(self.path, str(self.digest))
-        times, found = table[self._time], list[float]()
+        times, shares = table[self._time], list[float]()
         grid = np.linspace(times[0], times[-1], GRID)
         for signal in signals:
             values = table[self.columns.get(signal.name, signal.name)]
             scaled = values.mean() + self.scale[1] * (values - values.mean())
             share = _share_outside(signal, _sampled(times, scaled, grid, signal))
-            found.append(share if signal.angle is None else 0.0)
-        return found
+            shares.append(share if signal.angle is None else 0.0)
+        return shares
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         text = f"the inputs are parts of the file {Path(self.path).name}"

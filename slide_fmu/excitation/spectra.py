@@ -161,13 +161,13 @@ class Multisine(ChannelKind):
         step = float(time[1] - time[0])
         apart = _samples(float(np.exp(rng.uniform(low, high))), step)
         points = np.arange(-int(rng.integers(apart)), len(time) + apart, apart)
-        found = super().inputs(signals, time[0] + step * points, factor, rng)
+        drawn = super().inputs(signals, time[0] + step * points, factor, rng)
         at = np.arange(len(time))
         before = np.searchsorted(points, at, side="right") - 1
         return np.stack(
             [
                 values[before] if signal.hold == "zero_order" else np.interp(at, points, values)
-                for signal, values in zip(signals, found.T, strict=True)
+                for signal, values in zip(signals, drawn.T, strict=True)
             ],
             axis=1,
         )

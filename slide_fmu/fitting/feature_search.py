@@ -93,23 +93,23 @@ def _of_chain(
     """Return choices for a machine with a known serial chain, the richest last."""
     assert offered.chain is not None
     loads = {"drive": ("wrench_change",), "static": ("wrench",)}
-    found = [network.model_copy(update=loads)]
+    tables = [network.model_copy(update=loads)]
     if network.units != StateSpaceRecipe().units:
-        return found
+        return tables
     scheduled = {
         **loads,
         "units": "gated",
         "gated": ("turned_wrench_change",),
         "schedule": ("turned_inertia", "turned_momentum"),
     }
-    found.append(network.model_copy(update={**scheduled}))
-    found.append(network.model_copy(update={**scheduled, "readout": ("position",)}))
+    tables.append(network.model_copy(update={**scheduled}))
+    tables.append(network.model_copy(update={**scheduled, "readout": ("position",)}))
     order = TURNED_ORDER if network.order == "auto" else int(network.order)
     pairs = min(TURNED_PAIRS, order // 2)
     if n_outputs % 3 == 0 and pairs and not offered.chain.prismatic[0]:
         turning = {"readout": ("position",), "turned_pairs": pairs, "order": order, "padding": 0}
-        found.append(network.model_copy(update={**scheduled, **turning}))
-    return found
+        tables.append(network.model_copy(update={**scheduled, **turning}))
+    return tables
 
 
 def search_features(

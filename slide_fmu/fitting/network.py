@@ -89,8 +89,8 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     relative = known is None and scales.noise is None and not even_out
     shown = Heard(work.progress(part.stage), with_error=relative)
     problem = prepared.problem(splits, checkpoint)
-    found = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
-    history = replace(found.history, cpu_seconds=spent.keep(), relative=relative)
+    fitted = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
+    history = replace(fitted.history, cpu_seconds=spent.keep(), relative=relative)
     surrogate = Surrogate(
         recipe.name,
         recipe.window.as_window,
@@ -98,10 +98,10 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
         source.outputs,
         work.offered.scaling,
         scales.outputs,
-        found.network,
+        fitted.network,
         output_ranges=learnt_ranges(splits[0].outputs),
     )
-    resolved = recipe.model_copy(update={"network": found.table})
+    resolved = recipe.model_copy(update={"network": fitted.table})
     histories = {**prepared.tried, part.stage: history}
     return Fit(with_stable_cubes(surrogate, recipe, source), histories, resolved)
 
@@ -111,6 +111,6 @@ def learnt_ranges(outputs: FloatArray) -> FloatArray:
 
     They are wider by ``MARGIN`` of their width, for the errors of a surrogate.
     """
-    low, high = (found(outputs, axis=(0, 1)) for found in (np.nanmin, np.nanmax))
+    low, high = (extreme(outputs, axis=(0, 1)) for extreme in (np.nanmin, np.nanmax))
     margin = MARGIN * (high - low)
     return np.stack([low - margin, high + margin], axis=1)

@@ -246,8 +246,8 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
     if not isinstance(system, Linearizable):
         return None
     start = np.array([signal.start_value for signal in system.inputs])
-    found = spectrum(system.linearize(system.rest_state(start)))
-    return np.array([mode.eigenvalue for mode in found.modes], dtype=np.complex128)
+    at_rest = spectrum(system.linearize(system.rest_state(start)))
+    return np.array([mode.eigenvalue for mode in at_rest.modes], dtype=np.complex128)
 
 
 def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
@@ -264,9 +264,9 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
     assert training is not None
     assert validation is not None
     corners = case.corners() if isinstance(case.source, Linearizable) else []
-    found = [eigenvalues_at_rest(case.at(corner).source) for corner in corners]
-    known = [values for values in found if values is not None]
-    eigenvalues = np.concatenate(known) if known and len(known) == len(found) else None
+    of_corners = [eigenvalues_at_rest(case.at(corner).source) for corner in corners]
+    known = [values for values in of_corners if values is not None]
+    eigenvalues = np.concatenate(known) if known and len(known) == len(of_corners) else None
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
 
 

@@ -134,28 +134,28 @@ def proposed_step(
     most = ZOOMS + 1
     progress(0, most)
     if driven:
-        found = _by_itself(make, first, progress) or ProposedStep(first, None)
+        proposed = _by_itself(make, first, progress) or ProposedStep(first, None)
     else:
-        found = _from_bandwidth(make, first, progress, enough)
+        proposed = _from_bandwidth(make, first, progress, enough)
     progress(most, most)
-    return found
+    return proposed
 
 
 def _from_bandwidth(
     make: Callable[[float], System], first: float, progress: Progress, enough: float | None
 ) -> ProposedStep:
     """Propose a step from the bandwidth that is seen at some steps; as ``proposed_step``."""
-    step, (found, failure) = first, _seen(make(first))
+    step, (band, failure) = first, _seen(make(first))
     beyond, most = 0, ZOOMS + 1
     for tried in range(1, most):
         progress(tried, most)
-        beyond = beyond + 1 if _is_beyond(found) else 0
+        beyond = beyond + 1 if _is_beyond(band) else 0
         if beyond == GROWS:
             with suppress(SimulationError):  # it may not be simulated with the first step
                 own = _by_itself(make, first)
                 if own is not None:
                     return own
-        other = _next_step(step, found, enough)
+        other = _next_step(step, band, enough)
         if other is None:
             break
         try:
@@ -164,31 +164,31 @@ def _from_bandwidth(
             break
         if other > step and (seen is None or _is_beyond(seen)):
             break
-        step, found = other, seen
+        step, band = other, seen
     else:
-        if _is_beyond(found):
-            found = None  # it scales with the step, as in a simulation that ignores its step
-    if found is None:
+        if _is_beyond(band):
+            band = None  # it scales with the step, as in a simulation that ignores its step
+    if band is None:
         if failure is not None:
             raise failure
         return ProposedStep(first, None)
-    width, samples = found.frequency, SAMPLES_PER_PERIOD[hold_of(make(step).inputs)]
+    width, samples = band.frequency, SAMPLES_PER_PERIOD[hold_of(make(step).inputs)]
     failed = None if failure is None else str(failure)
     return ProposedStep(tidy_step(1.0 / (samples * width)), width, failed)
 
 
-def _is_beyond(found: Bandwidth | None) -> bool:
+def _is_beyond(band: Bandwidth | None) -> bool:
     """Return whether a bandwidth lies beyond what its samples resolve."""
-    return found is not None and found.part > RESOLVED
+    return band is not None and band.part > RESOLVED
 
 
-def _next_step(step: float, found: Bandwidth | None, enough: float | None) -> float | None:
+def _next_step(step: float, band: Bandwidth | None, enough: float | None) -> float | None:
     """Return the step in s to try after one; None where the bandwidth that it shows will do."""
     # if nothing is visible, only a finer step may show more
-    part = 1.0 if found is None else found.part
+    part = 1.0 if band is None else band.part
     if WASTED <= part <= RESOLVED:
         return None
-    if enough is not None and (found is None or found.frequency > enough):
+    if enough is not None and (band is None or band.frequency > enough):
         return None
     return step / ZOOM if part > RESOLVED else step * ZOOM
 
@@ -228,7 +228,7 @@ def _by_itself(
     Raises:
         SimulationError: the system failed with every step and in every part of the ranges.
     """
-    step, tried, found = first, set[float](), None
+    step, tried, proposed = first, set[float](), None
     while step not in tried and len(tried) <= ZOOMS:
         progress(len(tried), ZOOMS + 1)
         tried.add(step)
@@ -237,18 +237,18 @@ def _by_itself(
         except LoadError:  # the system prescribes its own step
             break
         seen, failure = _in_parts(partial(own_frequency, system), GENTLE)
-        if failure is not None and seen is None and found is None:
+        if failure is not None and seen is None and proposed is None:
             raise failure
         if seen is None:
             break
         failed = None if failure is None else str(failure)
         in_period = 1.0 / (seen * step)
         if in_period >= FEW:
-            found = ProposedStep(tidy_step(1.0 / (OWN_SAMPLES * seen)), None, failed, seen)
+            proposed = ProposedStep(tidy_step(1.0 / (OWN_SAMPLES * seen)), None, failed, seen)
         if FEW <= in_period <= MANY:
             break
         step = step / ZOOM if in_period < FEW else step * ZOOM
-    return found
+    return proposed
 
 
 def own_frequency(system: System, part: float = 1.0) -> float | None:
@@ -303,8 +303,8 @@ def bandwidth(system: System, part: float = 1.0) -> Bandwidth | None:
     rate = 1.0 / (every * system.step)
     frequency, power = welch(back[:, own], rate, nperseg=length, axis=0)
     answers = np.sqrt(power / power.max(axis=0)) > GAIN
-    found = float(frequency[max(1, int(np.flatnonzero(answers.any(axis=1))[-1]))])
-    return Bandwidth(found, 2.0 * found / rate)
+    highest = float(frequency[max(1, int(np.flatnonzero(answers.any(axis=1))[-1]))])
+    return Bandwidth(highest, 2.0 * highest / rate)
 
 
 def _returning_inputs(system: System, every: int, part: float) -> FloatArray:

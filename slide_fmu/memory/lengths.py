@@ -68,12 +68,12 @@ def find_lengths(
     sizing = size_window(recipe.guess, system, most=LEAST_MEASURED, patience=patience)
     truncated, shortened = _truncated(recipe.guess, sizing), False
     for _ in range(ROUNDS):
-        found = with_window(recipe, *both_lengths(recipe, truncated))
+        lengths = with_window(recipe, *both_lengths(recipe, truncated))
         if patience.gone("more motions, as long as the window asks for"):
-            known = found.recipe.guess.window.as_window
+            known = lengths.recipe.guess.window.as_window
             sizing = replace(sizing, window=known, left_out=patience.remark)
             break
-        sizing = size_window(found.recipe.guess, system, patience=patience)
+        sizing = size_window(lengths.recipe.guess, system, patience=patience)
         asked = _truncated(recipe.guess, sizing, shortened)
         if asked * TOO_LONG <= truncated and not shortened:
             truncated, shortened = asked, True
@@ -81,7 +81,7 @@ def find_lengths(
             break
         else:
             truncated = max(truncated, asked)
-    return Lengths(found.recipe, found.values, sizing)
+    return Lengths(lengths.recipe, lengths.values, sizing)
 
 
 def both_lengths(recipe: OpenRecipe, truncated: int) -> tuple[int, int]:
@@ -138,11 +138,11 @@ def with_window(recipe: OpenRecipe, n_in: int, n_out: int | None) -> Lengths:
     scored = max(WINDOWS * n_in, LEAST_SAMPLES + n_in, span + n_in, of_bound)
     step = window.step
     all_values = (n_in, n_out, round(scored * step, 9), round(n_in * step, 9))
-    found = {
+    values_of_keys = {
         key: value
         for key, value in zip(LENGTHS, all_values, strict=True)
         if key in recipe.open_keys
     }
     source = f"recipe {recipe.guess.name!r} with the lengths that its system needs"
-    values = nested(found)
+    values = nested(values_of_keys)
     return Lengths(recipe.with_found(values, source), values, None)

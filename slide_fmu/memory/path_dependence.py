@@ -140,10 +140,10 @@ def path_dependence_without_recipe(system: System) -> PathDependence | None:
     None if a simulation fails.
     """
     try:
-        found = _lasting(_jumping(system), AT_REST, MET, AT_REST)
+        lasting = _lasting(_jumping(system), AT_REST, MET, AT_REST)
     except SimulationError:
         return None
-    return found if found is not None and found.reason in {"integral", "growing"} else None
+    return lasting if lasting is not None and lasting.reason in {"integral", "growing"} else None
 
 
 def _lasting(pasts: _Pasts, count: int, amplitude: float, longest: int) -> PathDependence | None:

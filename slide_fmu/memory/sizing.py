@@ -217,9 +217,9 @@ def size_window(
         linearized = tolerated(lambda: _linearized(recipe, motions))
         expected = linearized.decay.worst
     count = first_length(motions, expected)
-    found = tolerated(lambda: path_dependence(motions, count))
-    measured = tolerated(lambda: measure_motions(motions, count, grow=found is None))
-    refusal = None if found is None else str(found)
+    dependence = tolerated(lambda: path_dependence(motions, count))
+    measured = tolerated(lambda: measure_motions(motions, count, grow=dependence is None))
+    refusal = None if dependence is None else str(dependence)
     compared = linearized is not None and refusal is None and measured.meeting >= MEETING
     if compared and not patience.gone("a comparison of equations and motions near rest"):
         assert linearized is not None
@@ -234,10 +234,10 @@ def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
     try:
         return linearize_motions(motions)
     except ValueError as error:
-        found = path_dependence(motions, recipe.window.n_in)
-        if found is None:
+        dependence = path_dependence(motions, recipe.window.n_in)
+        if dependence is None:
             raise
-        raise NotForgettingError(f"recipe {recipe.name!r}: {found}") from error
+        raise NotForgettingError(f"recipe {recipe.name!r}: {dependence}") from error
 
 
 def require_window(recipe: Recipe, sizing: AnySizing) -> None:
@@ -283,10 +283,10 @@ def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> 
     rate = _rate_near_rest(motions, max(linearized.decay.mean, _finite(measured.mean)))
     modes, amplitude = linearized.modes, linearized.decay.remaining_amplitude
     if rate is None or not modes.modes:
-        near, found, expected = along, measured.mean, linearized.decay.mean
+        near, actual, expected = along, measured.mean, linearized.decay.mean
     else:
-        found, expected = time_to_decay(rate, amplitude), modes.decay_time
-        near = found / expected
+        actual, expected = time_to_decay(rate, amplitude), modes.decay_time
+        near = actual / expected
     if 1.0 / FACTOR <= near <= FACTOR or (near > 1.0) != (along > 1.0):
         return None
     if (step := motions.system.step) > linearized.decay.mean:
@@ -298,7 +298,7 @@ def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> 
     return (
         f"the linearized equations contradict the system: by their eigenvalues initial effects "
         f"decay in {linearized.decay.mean:.4g} s along motions and in {expected:.4g} s near rest, "
-        f"but measured are {measured.mean:.4g} s and {found:.4g} s; expected agreement within a "
+        f"but measured are {measured.mean:.4g} s and {actual:.4g} s; expected agreement within a "
         f"factor of {FACTOR:g}. Look for damping that linearize has and the simulation has not, "
         "or the reverse, for wrong signs, units or factors in its matrices, for springs and "
         "controls that it does not see, and for slow modes that the outputs do not show"

@@ -95,8 +95,8 @@ def check_stability(
         for factor in {1.0, *recipe.stability.amplitudes}
     }
     corners = tested_corners(system, surrogate, recipe) if surrogate.parameters else [{}]
-    found = [_tests_at(corner, surrogate, features, recipe) for corner in corners]
-    return tuple(max(tests, key=_badness) for tests in zip(*found, strict=True))
+    of_corners = [_tests_at(corner, surrogate, features, recipe) for corner in corners]
+    return tuple(max(tests, key=_badness) for tests in zip(*of_corners, strict=True))
 
 
 def _tests_at(

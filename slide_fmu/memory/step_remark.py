@@ -132,7 +132,7 @@ def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArra
     """
     failure = None
     ranges = np.array([signal.high - signal.low for signal in system.outputs])
-    names, found, inputs = list[str](), None, np.empty((0, len(system.inputs)))
+    names, moved, inputs = list[str](), None, np.empty((0, len(system.inputs)))
     for attempt in range(PROBE_ATTEMPTS):
         inputs = _finer_inputs(recipe, system, attempt)
         try:
@@ -144,13 +144,13 @@ def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArra
         names = [
             signal.name for signal, moves in zip(system.outputs, moving, strict=True) if moves
         ]
-        found = outputs[:, moving]
+        moved = outputs[:, moving]
         if names:
             break
-    if found is None:
+    if moved is None:
         assert failure is not None
         raise failure
-    return names, found, inputs
+    return names, moved, inputs
 
 
 def _finer_inputs(recipe: Recipe, system: System, attempt: int) -> FloatArray:

@@ -68,8 +68,8 @@ class CellShape:
     @property
     def sizes(self) -> tuple[int, int, int, int, int, int]:
         """The numbers of parameters in F, W, V, C, D and d."""
-        found = {name: math.prod(shape) for name, shape in self.shapes.items()}
-        w, v, c, d, d0 = (found.get(name, 0) for name in ("w", "v", "c", "d", "d0"))
+        sizes_of_parts = {name: math.prod(shape) for name, shape in self.shapes.items()}
+        w, v, c, d, d0 = (sizes_of_parts.get(name, 0) for name in ("w", "v", "c", "d", "d0"))
         return self.n_states * self.n_next, w, v, c, d, d0
 
     @property

@@ -209,10 +209,10 @@ def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
     ``learnable`` is the part of its validation error that could still be learnt, relative to the
     outputs' standard deviation. A network is poor if that is large.
     """
-    found, noise = [], data.problem.noise
+    remarks, noise = [], data.problem.noise
     if learnable >= POOR:
         how = "" if noise is None else ", weighted by the spectrum of the noise"
-        found.append(
+        remarks.append(
             f"the network misses {100 * winner.error:.2g} % of the outputs (RMS over standard "
             f"deviation, in validation{how}), and {100 * learnable:.2g} % could still be learnt "
             "from the inputs: give more trajectories (data.train), more units (network.hidden) or "
@@ -220,10 +220,10 @@ def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
         )
     parameters, samples = winner.shape.n_parameters, data.whole.targets.numel()
     if samples < PER_PARAMETER * parameters:
-        found.append(
+        remarks.append(
             f"the network has {parameters} parameters and was learnt from {samples} samples of "
             f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: "
             "its validation error says little about other data; give longer records "
             "(data.train), or fewer units (network.hidden)"
         )
-    return "; ".join(found) or None
+    return "; ".join(remarks) or None

@@ -99,8 +99,8 @@ class FitData:
         smoothness = Smoothness.of(terms, count)
 
         def normal(theta: torch.Tensor) -> NormalEquations:
-            found = penalty.join(normal_equations(shape, theta, segments), shape, theta)
-            return smoothness.join(found, shape, theta)
+            equations = penalty.join(normal_equations(shape, theta, segments), shape, theta)
+            return smoothness.join(equations, shape, theta)
 
         def cost(theta: torch.Tensor) -> float:
             squares = sum_of_squares(shape, theta, segments)

@@ -136,7 +136,7 @@ def _checked(runs: Any) -> dict[str, KeptRun]:
     Raises:
         ValueError: the file has another content.
     """
-    found = runs.values() if isinstance(runs, dict) else [None]
-    if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in found):
+    values = runs.values() if isinstance(runs, dict) else [None]
+    if not all(isinstance(run, dict) and run.keys() == {"iterations", "state"} for run in values):
         raise ValueError("it holds no runs of a state-space fit")
     return dict(runs)

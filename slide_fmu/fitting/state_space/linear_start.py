@@ -81,8 +81,8 @@ class Responses(NamedTuple):
 
     def weighted(self, shift: int = 0) -> torch.Tensor:
         """Return the Hankel matrix times L: it maps white past inputs to future outputs."""
-        found = self.hankel(shift)
-        return found if self.inputs is None else found @ self.inputs
+        block = self.hankel(shift)
+        return block if self.inputs is None else block @ self.inputs
 
 
 def impulse_responses(
@@ -202,8 +202,8 @@ def lowest_eigenvalues(
     A real eigenvalue needs one state, an eigenvalue of a conjugate pair needs two.
     """
     ordered = eigenvalues[np.argsort(np.abs(eigenvalues), kind="stable")]
-    found = np.flatnonzero(np.cumsum(_states_of_each(ordered)) == order)
-    return ordered[: found[0] + 1] if found.size else None
+    places = np.flatnonzero(np.cumsum(_states_of_each(ordered)) == order)
+    return ordered[: places[0] + 1] if places.size else None
 
 
 def states_of(eigenvalues: NDArray[np.complex128]) -> int:

@@ -165,13 +165,13 @@ class MultiStart:
         Raises:
             ValueError: the order is too high for the window, or its turned pairs do not fit.
         """
-        shape, data, found = self.shape(order, 0), self.data, []
+        shape, data, fits = self.shape(order, 0), self.data, []
         segments = data.part if data.whole.targets.numel() > MOST_RESIDUALS else data.whole
         for source, model in self._linear_starts(shape).items():
             theta = shape.linear(*model).to(data.features)
             name = f"linear, {order} states, from {source}"
-            found.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
-        return min(found, key=lambda candidate: candidate.error)
+            fits.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
+        return min(fits, key=lambda candidate: candidate.error)
 
     def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
         """Return the linear models to start from, by the name of their origin."""
@@ -269,12 +269,14 @@ class MultiStart:
             unproven = Candidate(shape, replace(begin, best_error=math.inf))
             done = self.refine(unproven, afresh=False)
             return done if math.isfinite(done.error) else Candidate(shape, begin)  # no step
-        found = [Candidate(shape, begin)]
+        refined = [Candidate(shape, begin)]
         most = max(1, self.training.iterations // len(STRENGTHS))
         for strength in STRENGTHS:
-            last, prior = found[-1].state.theta, Prior.around(shape, theta, strength)
-            found.append(self.run(f"refined, prior {strength:g}", shape, last, whole, most, prior))
-        return min(found, key=lambda one: one.error)
+            last, prior = refined[-1].state.theta, Prior.around(shape, theta, strength)
+            refined.append(
+                self.run(f"refined, prior {strength:g}", shape, last, whole, most, prior)
+            )
+        return min(refined, key=lambda one: one.error)
 
     def widened(self, candidate: Candidate, n_units: int) -> Candidate:
         """Give a network more hidden units than normal equations can be solved for, and run it.

@@ -60,8 +60,8 @@ class NormalEquations:
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
     """Return the sum of squares over all scored samples; not finite if the cell diverges."""
     with torch.no_grad():
-        found, _ = simulate(shape, theta, segments.features, segments.phi)
-        residuals = segments.whitened(found[segments.burn_in :] - segments.targets)
+        outputs, _ = simulate(shape, theta, segments.features, segments.phi)
+        residuals = segments.whitened(outputs[segments.burn_in :] - segments.targets)
         return float(residuals.square().sum((0, 2)) @ segments.weights.square())
 
 
@@ -301,9 +301,9 @@ def _run(
         rows.filled += 1
         if rows.filled == BLOCK or k + 1 == samples:
             block = slice(k + 1 - rows.filled, k + 1)
-            found = outputs(cell, torch.stack(states), inputs.part(block))
+            of_block = outputs(cell, torch.stack(states), inputs.part(block))
             targets = chunk.targets[block.start - burn_in : block.stop - burn_in]
-            rows.residuals[: rows.filled] = weights * (found - targets)
+            rows.residuals[: rows.filled] = weights * (of_block - targets)
             add(*rows.take())
             states = []
 

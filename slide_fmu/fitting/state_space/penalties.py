@@ -103,11 +103,11 @@ class PolePenalty:
     def _of_grid(self, shape: CellShape, theta: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the result of ``_of_cell`` for all points of the grid, by all coefficients."""
         assert self.grid is not None
-        found = []
+        rows_of_grid = []
         for phi, weights in zip(self.grid, shape.weights(theta, self.grid), strict=True):
             excess, rows = self._of_cell(shape, weights)
-            found.append((excess, torch.kron(phi, rows)))
-        excesses, every = zip(*found, strict=True)
+            rows_of_grid.append((excess, torch.kron(phi, rows)))
+        excesses, every = zip(*rows_of_grid, strict=True)
         return torch.cat(excesses), torch.cat(every)
 
     def _of_cell(
@@ -222,11 +222,11 @@ class Prior:
             return problem.cost(theta) + float(self.precision @ (theta - self.centre).square())
 
         def normal(theta: torch.Tensor) -> NormalEquations:
-            found, apart = problem.normal(theta), theta - self.centre
+            equations, apart = problem.normal(theta), theta - self.centre
             return NormalEquations(
-                found.cost + float(self.precision @ apart.square()),
-                found.matrix + torch.diag(self.precision),
-                found.gradient + self.precision * apart,
+                equations.cost + float(self.precision @ apart.square()),
+                equations.matrix + torch.diag(self.precision),
+                equations.gradient + self.precision * apart,
             )
 
         return LeastSquares(normal, cost, problem.count, problem.validation)

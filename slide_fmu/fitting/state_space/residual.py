@@ -89,10 +89,10 @@ def noise_in(candidate: Candidate, validation: Segments) -> float:
     if not math.isfinite(candidate.error) or len(validation.targets) < SHORTEST_PIECE:
         return 0.0
     with torch.no_grad():
-        found, _ = simulate(
+        outputs, _ = simulate(
             candidate.shape, candidate.state.best, validation.features, validation.phi
         )
-    left = validation.whitened(validation.targets - found[validation.burn_in :])
+    left = validation.whitened(validation.targets - outputs[validation.burn_in :])
     residuals = left.double().cpu().numpy()
     floors = noise_of_residuals([residuals[:, k] for k in range(residuals.shape[1])]).floor
     noise = float(np.sqrt(np.mean(np.square(floors))))

@@ -219,11 +219,11 @@ class _Search:
         """Return the network of a size; it is judged first if necessary."""
         if place not in self._judged:
             order, n_units = self._orders[place[0]], self._units[place[1]]
-            found = judge(self._multi_start, order, n_units)
-            noise = noise_in(found, self._data.validation)
+            candidate = judge(self._multi_start, order, n_units)
+            noise = noise_in(candidate, self._data.validation)
             if noise:  # the lowest level is nearest to white noise
                 self._noise = min(noise, self._noise or noise)
-            self._judged[place] = found
+            self._judged[place] = candidate
         return self._judged[place]
 
     def _error(self, place: Place) -> float:
@@ -245,8 +245,8 @@ class _Search:
         """Return the predictable part of a size's error; infinite if it is unstable."""
         if place not in self._learnable:
             stable = math.isfinite(self._error(place))
-            found = still_learnable(self._data, self._judged[place]) if stable else math.inf
-            self._learnable[place] = found
+            learnable = still_learnable(self._data, self._judged[place]) if stable else math.inf
+            self._learnable[place] = learnable
         return self._learnable[place]
 
     def _tried(self, place: Place) -> TriedSize:
@@ -298,11 +298,11 @@ def judge(multi_start: MultiStart, order: int, n_units: int) -> Candidate:
     linear, n_units = multi_start.linear(order), multi_start.dense_units(order, n_units)
     starts = [multi_start.start(linear, n_units, number) for number in range(SEARCH_STARTS)]
     best = min(starts, key=lambda start: start.error)
-    found = multi_start.judged(best)
-    if _is_accurate(multi_start, found):
-        return found
+    judged = multi_start.judged(best)
+    if _is_accurate(multi_start, judged):
+        return judged
     further = [partial(multi_start.judged, number=number) for number in range(1, MOST_ROUNDS)]
-    return run_while_it_pays(found, further, partial(_pays, multi_start))
+    return run_while_it_pays(judged, further, partial(_pays, multi_start))
 
 
 def _is_accurate(multi_start: MultiStart, candidate: Candidate) -> bool:

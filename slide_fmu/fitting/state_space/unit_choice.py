@@ -162,11 +162,11 @@ class _Trials:
         linear = self.linear
         dense = multi_start.dense_units(linear.shape.n_states, number)
         starts = [multi_start.start(linear, dense, start) for start in range(TRIAL_STARTS)]
-        found = multi_start.judged(min(starts, key=lambda start: start.error))
+        judged = multi_start.judged(min(starts, key=lambda start: start.error))
         multi_start.ledger.finish()
-        theta = with_room(found.shape, found.state.best, self._small.whole)
-        beyond = _error(found.shape, theta, self._large)
-        return TriedUnits(recipe.units, number, recipe.substeps, found.error, beyond)
+        theta = with_room(judged.shape, judged.state.best, self._small.whole)
+        beyond = _error(judged.shape, theta, self._large)
+        return TriedUnits(recipe.units, number, recipe.substeps, judged.error, beyond)
 
 
 def _divided(data: FitData) -> tuple[FitData, Segments]:

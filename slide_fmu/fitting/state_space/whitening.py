@@ -101,11 +101,11 @@ class Filter:
         taps = self._taps[known.clamp_max(order)]  # (samples, q + 1, n_outputs)
         taps = taps.reshape(count, order + 1, 1, -1, *[1] * (values.ndim - 3))
         whole = torch.cat([self._before, values])
-        found = taps[:, 0] * values
+        whitened = taps[:, 0] * values
         for age in range(1, order + 1):
-            found.addcmul_(taps[:, age], whole[order - age : order - age + count])
+            whitened.addcmul_(taps[:, age], whole[order - age : order - age + count])
         self._before, self._samples = whole[count:], self._samples + count
-        return found
+        return whitened
 
 
 def _taps(model: Autoregression, order: int) -> torch.Tensor:

@@ -84,7 +84,7 @@ class EstimatorModule(torch.nn.Module):
         flattened sample by sample.
         """
         views = windows.unfold(1, self.network.n_samples, 1).transpose(2, 3)
-        values = self.network.values_of(self.network.seen(views).flatten(0, 1))
+        values = self.network.values_of(self.network.picked(views).flatten(0, 1))
         mean, variance = split_values(values, self.log_error, self.n_outputs)
         squares = (mean.square() + variance).view(len(windows), -1, self.n_outputs)
         # double precision: sums of few samples are differences of sums of many

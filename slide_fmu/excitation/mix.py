@@ -97,18 +97,18 @@ def names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
     ]
 
 
-FIRST_TOLD = "angular_frequency"
+FIRST_REPORTED = "angular_frequency"
 """The setting that says most about a kind; in rad/s."""
 
 
-def told_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
+def reported_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
     """Return the names of excitations, those of one kind with a setting in which they differ.
 
     It is the first one that no other excitation of this kind shares, if there is one, such as
     ``multisine 2 of 0.3 to 5.3 rad/s``. A list or a switch is not told.
     """
     names = names_of(kinds)
-    settings = [_told_settings(kind) for kind in kinds]
+    settings = [_reported_settings(kind) for kind in kinds]
     own = [str(getattr(kind, "kind", type(kind).__name__)) for kind in kinds]
     for place, kind in enumerate(own):
         others = [s for k, s in enumerate(settings) if own[k] == kind and k != place]
@@ -119,15 +119,15 @@ def told_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
     return names
 
 
-def _told_settings(kind: Kind | LoopRecipe) -> dict[str, str]:
+def _reported_settings(kind: Kind | LoopRecipe) -> dict[str, str]:
     """Return settings that are a number, a range or a name, as they stand in names of rows."""
     settings = {}
     for name, text in kind.settings().items():
         if "," in text or text == "yes":
             continue
         words = " to ".join(dict.fromkeys(map(_short, text.split(" .. "))))
-        settings[name] = f"{words} rad/s" if name == FIRST_TOLD else f"{name} {words}"
-    return dict(sorted(settings.items(), key=lambda item: item[0] != FIRST_TOLD))
+        settings[name] = f"{words} rad/s" if name == FIRST_REPORTED else f"{name} {words}"
+    return dict(sorted(settings.items(), key=lambda item: item[0] != FIRST_REPORTED))
 
 
 def _short(text: str) -> str:

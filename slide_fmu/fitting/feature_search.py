@@ -25,7 +25,7 @@ from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_choice import choose_features
 from slide_fmu.fitting.history import History
 from slide_fmu.fitting.ladder import WORTHWHILE, Ladder
-from slide_fmu.fitting.problem import Problem, seen
+from slide_fmu.fitting.problem import Problem, features_and_outputs
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.recipe.learning import (
     LeastSquaresRecipe,
@@ -198,7 +198,7 @@ def _try(
     features = choose_features(table.feature_names(), trials.offered, learnt)
     scaling = _scaling(trials.splits[0])
     training_data, validation = (
-        seen(features, inputs, scaling.apply(split.outputs))
+        features_and_outputs(features, inputs, scaling.apply(split.outputs))
         for inputs, split in zip((learnt, judged), trials.splits, strict=True)
     )
     problem = Problem(

@@ -85,9 +85,9 @@ class FeedForwardModule(torch.nn.Module):
 
     def forward(self, windows: torch.Tensor) -> torch.Tensor:
         """Map windows of features (B, n_samples, n_features) to values (B, n_values)."""
-        return self.values_of(self.seen(windows))
+        return self.values_of(self.picked(windows))
 
-    def seen(self, windows: torch.Tensor) -> torch.Tensor:
+    def picked(self, windows: torch.Tensor) -> torch.Tensor:
         """Pick the samples that the network takes, (..., n_seen, n_features), the oldest first."""
         if not self.ages:
             return windows

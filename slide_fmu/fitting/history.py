@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
-class TriedSize:
-    """A TriedSize was judged by the search for sizes, in short runs.
+class SizeTrial:
+    """A SizeTrial is a size that the search for sizes has judged in short runs.
 
     Attributes:
         order: number of states that carry the response.
@@ -27,8 +27,8 @@ class TriedSize:
 
 
 @dataclass(frozen=True)
-class TriedUnits:
-    """A TriedUnits is a kind of hidden units tried on data without the largest amplitudes.
+class UnitTrial:
+    """A UnitTrial is a kind of hidden units tried on data without the largest amplitudes.
 
     Attributes:
         units: the kind, as in recipes.
@@ -68,8 +68,8 @@ class History:
     step: tuple[int, ...]
     training_error: tuple[float, ...]
     validation_error: tuple[float, ...]
-    sizes: tuple[TriedSize, ...] = ()
-    units: tuple[TriedUnits, ...] = ()
+    sizes: tuple[SizeTrial, ...] = ()
+    units: tuple[UnitTrial, ...] = ()
     explanations: tuple[str, ...] = ()
     remark: str | None = None
     relative: bool = False

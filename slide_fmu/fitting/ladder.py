@@ -80,7 +80,7 @@ class Ladder(Generic[Rung]):
                 reason = self._refusal(best, place)
                 break
             place, before = best, place
-        return Climb(place, self._taken(place, before) + f"; {reason}")
+        return Climb(place, self._choice(place, before) + f"; {reason}")
 
     def _best_beyond(self, place: Rung) -> Rung | None:
         """Return the best of the next candidates, and of those after them if none pays."""
@@ -97,7 +97,7 @@ class Ladder(Generic[Rung]):
     def _pays(self, dearer: Rung, cheaper: Rung) -> bool:
         return pays(self.error(dearer), self.error(cheaper), self.worth)
 
-    def _taken(self, place: Rung, before: Rung | None) -> str:
+    def _choice(self, place: Rung, before: Rung | None) -> str:
         text = f"{self.named(place)}: error {self.error(place):.3g}"
         return text if before is None else f"{text}, {self._change(place, before)}, which pays"
 

@@ -15,7 +15,7 @@ from typing import final
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
 from slide_fmu.data.store import open_store
-from slide_fmu.fitting.preparation import Prepared, Work, prepare, scales_of
+from slide_fmu.fitting.preparation import FitPreparation, Work, prepare, scales_of
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
@@ -38,7 +38,7 @@ class LearningCurve:
 
     def __init__(self, case: Case, store: Path, checkpoints: Path) -> None:
         self._work = Work(case, store, checkpoints, quiet_stages)
-        self._prepared: Prepared | None = None
+        self._prepared: FitPreparation | None = None
         self._candidate: Candidate | None = None
 
     def errors(self, train: int, validation: int, progress: Progress) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """The data of a fit are prepared in one way, for every network.
 
 The steps are scalings and knowledge of the system (``scales_of``), then the features of the
-network (``prepare``), then the problem for a network family (``Prepared.problem``).
+network (``prepare``), then the problem for a network family (``FitPreparation.problem``).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.feature_choice import choose_features, require_odd
 from slide_fmu.fitting.feature_search import Trials, choices, search_features
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.problem import Physical, Problem, Seen, seen
+from slide_fmu.fitting.problem import FeatureData, Physical, Problem, features_and_outputs
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case
@@ -131,8 +131,8 @@ class Scales:
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """Prepared data fix scalings and features; more trajectories may be used with them later.
+class FitPreparation:
+    """A FitPreparation fixes scalings and features for a fit, also for one to more trajectories.
 
     Attributes:
         work: what the fits share.
@@ -155,7 +155,7 @@ class Prepared:
         is the file for the state of an interrupted fit.
         """
         work, scales = self.work, self.scales
-        training, validation, *beyond = (self._seen(split) for split in splits)
+        training, validation, *beyond = (self._data_of(split) for split in splits)
         return Problem(
             work.recipe.window.as_window,
             self.features,
@@ -169,11 +169,13 @@ class Prepared:
             scales.noise,
         )
 
-    def _seen(self, split: Split) -> Seen:
+    def _data_of(self, split: Split) -> FeatureData:
         recipe = self.work.recipe
         precision = "float64" if self.work.linearized else recipe.training.expert.precision
         scaled = self.work.offered.scaling.apply(split.inputs)
-        values = seen(self.features, scaled, self.scales.outputs.apply(split.outputs))
+        values = features_and_outputs(
+            self.features, scaled, self.scales.outputs.apply(split.outputs)
+        )
         one, other = (part.to(self.work.device, getattr(torch, precision)) for part in values)
         return one, other
 
@@ -181,8 +183,8 @@ class Prepared:
 def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None) -> Scales:
     """Return scalings and knowledge of the system for a fit.
 
-    The splits are as for ``Prepared.problem``. By default the outputs have the scaling of the
-    known surrogate, or else of the first split.
+    The splits are as for ``FitPreparation.problem``. By default the outputs have the scaling of
+    the known surrogate, or else of the first split.
 
     Raises:
         ValueError: signs are to be flipped of signals that are not symmetric, or a signal never
@@ -209,7 +211,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
     return Scales(outputs, eigenvalues, noise, key)
 
 
-def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
+def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> FitPreparation:
     """Choose the features of a fit: of a known network, the named ones, or the best.
 
     Raises:
@@ -231,7 +233,7 @@ def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> Prepared:
         features = choose_features(table.feature_names(), work.offered, scaled)
     if recipe.training.flips_signs:
         require_odd(features)
-    return Prepared(work, scales, table, features, tried)
+    return FitPreparation(work, scales, table, features, tried)
 
 
 def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:

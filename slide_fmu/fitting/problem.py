@@ -1,9 +1,9 @@
 """A problem has the data that a network family is trained on.
 
 Inputs and outputs of motions go through four forms. A ``Split`` of the store has them in their
-units. ``Seen`` has them scaled, as features of a network. ``WindowData`` cut windows out of them
-on the fly, at every phase, for networks without a state. ``Segments`` are long parts of them in
-parallel, for networks with a state.
+units. ``FeatureData`` has them scaled, as features of a network. ``WindowData`` cut windows out of
+them on the fly, at every phase, for networks without a state. ``Segments`` are long parts of them
+in parallel, for networks with a state.
 """
 
 from __future__ import annotations
@@ -28,12 +28,14 @@ from slide_fmu.recipe.learning import NetworkTable
 Which = Literal["training", "validation", "beyond"]
 """The trajectories of a problem: for training, for validation, and beyond the inputs' range."""
 
-Seen = tuple[torch.Tensor, torch.Tensor]
+FeatureData = tuple[torch.Tensor, torch.Tensor]
 """Features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1, n_outputs), both in
 scaled units."""
 
 
-def seen(features: FeatureMap, inputs: FloatArray, outputs: FloatArray) -> Seen:
+def features_and_outputs(
+    features: FeatureMap, inputs: FloatArray, outputs: FloatArray
+) -> FeatureData:
     """Return scaled inputs, (n_trajectories, N, n_inputs), as features, with the outputs.
 
     Both have the precision of the features and of the outputs.
@@ -86,11 +88,11 @@ class Problem:
 
     window: Window
     features: FeatureMap
-    training: Seen
-    validation: Seen
+    training: FeatureData
+    validation: FeatureData
     checkpoint: Path
     eigenvalues: NDArray[np.complex128] | None = None
-    beyond: Seen | None = None
+    beyond: FeatureData | None = None
     start: StateSpace | None = None
     physical: Physical | None = None
     noise: tuple[FloatArray, ...] | None = None

@@ -145,7 +145,7 @@ def _from_bandwidth(
     make: Callable[[float], System], first: float, progress: Progress, enough: float | None
 ) -> ProposedStep:
     """Propose a step from the bandwidth that is seen at some steps; as ``proposed_step``."""
-    step, (band, failure) = first, _seen(make(first))
+    step, (band, failure) = first, _measured(make(first))
     beyond, most = 0, ZOOMS + 1
     for tried in range(1, most):
         progress(tried, most)
@@ -159,7 +159,7 @@ def _from_bandwidth(
         if other is None:
             break
         try:
-            seen, failure = _seen(make(other))
+            seen, failure = _measured(make(other))
         except LoadError:  # the system prescribes its own step
             break
         if other > step and (seen is None or _is_beyond(seen)):
@@ -193,17 +193,17 @@ def _next_step(step: float, band: Bandwidth | None, enough: float | None) -> flo
     return step / ZOOM if part > RESOLVED else step * ZOOM
 
 
-def _seen(system: System) -> tuple[Bandwidth | None, SimulationError | None]:
+def _measured(system: System) -> tuple[Bandwidth | None, SimulationError | None]:
     """Return the bandwidth of a system, and the error if it failed over its whole ranges."""
     return _in_parts(partial(bandwidth, system), PARTS)
 
 
-Seen = TypeVar("Seen")
+Result = TypeVar("Result")
 
 
 def _in_parts(
-    see: Callable[[float], Seen], parts: Sequence[float]
-) -> tuple[Seen | None, SimulationError | None]:
+    see: Callable[[float], Result], parts: Sequence[float]
+) -> tuple[Result | None, SimulationError | None]:
     """Return what is seen in the first fraction of the ranges without a failure, and the last one.
 
     The first is None if the system failed in all of them.

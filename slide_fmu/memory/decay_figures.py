@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from slide_fmu.core.readable import decimal
 from slide_fmu.core.window import Window
 from slide_fmu.memory.decay import Decay
-from slide_fmu.memory.motions import Linearized
+from slide_fmu.memory.motions import LinearizedSystem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +144,7 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def linearized_times(linearized: Linearized | None) -> LinearizedTimes | None:
+def linearized_times(linearized: LinearizedSystem | None) -> LinearizedTimes | None:
     """Return the decay times of linearized equations, if there are any."""
     if linearized is None:
         return None
@@ -152,7 +152,7 @@ def linearized_times(linearized: Linearized | None) -> LinearizedTimes | None:
     return LinearizedTimes(**vars(times), local_worst=finite(linearized.local_worst))
 
 
-def mode_figures(linearized: Linearized | None) -> tuple[ModeFigures, ...] | None:
+def mode_figures(linearized: LinearizedSystem | None) -> tuple[ModeFigures, ...] | None:
     """Return the modes at rest of linearized equations, if there are any."""
     if linearized is None:
         return None

@@ -54,8 +54,8 @@ MEETING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Linearized:
-    """A Linearized is a system linearized at rest and along motions.
+class LinearizedSystem:
+    """A LinearizedSystem is a system linearized at rest and along motions.
 
     Attributes:
         modes: modes of the system linearized at rest.
@@ -138,7 +138,7 @@ def motions_of(
     return replace(motions, stream=replace(stream, duration=allowed))
 
 
-def linearize_motions(motions: Motions) -> Linearized:
+def linearize_motions(motions: Motions) -> LinearizedSystem:
     """Linearize a system at rest and along motions of its recipe; the system must offer that.
 
     Raises:
@@ -161,7 +161,7 @@ def linearize_motions(motions: Motions) -> Linearized:
     along = _decay_along_motions(motions, draws, stride)
     decay = _decay_over_windows(along, window, stride)
     recommend_window(decay.worst, window.step, window.n_out)  # raises for an infinite time
-    return Linearized(modes, decay, max(each.worst for each in along))
+    return LinearizedSystem(modes, decay, max(each.worst for each in along))
 
 
 def first_length(motions: Motions, expected: float) -> int:

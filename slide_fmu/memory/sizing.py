@@ -27,7 +27,7 @@ from slide_fmu.memory.modes import time_to_decay
 from slide_fmu.memory.motions import (
     MEASURED_DECAYS,
     MEETING,
-    Linearized,
+    LinearizedSystem,
     Motions,
     first_length,
     linearize_motions,
@@ -108,7 +108,7 @@ class Sizing:
 
     window: Window
     remaining_amplitude: float
-    linearized: Linearized | None
+    linearized: LinearizedSystem | None
     measured: Decay
     refusal: str | None = None
     failed: str | None = None
@@ -229,7 +229,7 @@ def size_window(
     return Sizing(window, amplitude, linearized, measured, refusal, *remarks)
 
 
-def _linearized(recipe: Recipe, motions: Motions) -> Linearized:
+def _linearized(recipe: Recipe, motions: Motions) -> LinearizedSystem:
     """Linearize along motions; if there is no decay, look for a cause that has a name."""
     try:
         return linearize_motions(motions)
@@ -252,7 +252,7 @@ def require_window(recipe: Recipe, sizing: AnySizing) -> None:
         raise kind(f"recipe {recipe.name!r}: {sizing.problem}; or set window.allow_short = true")
 
 
-def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
+def _never_meet(measured: Decay, linearized: LinearizedSystem | None) -> str:
     """Say that motions do not forget their start, with what is known about the cause."""
     pairs = len(measured.rates)
     apart = round(pairs * (1.0 - measured.meeting))
@@ -267,7 +267,7 @@ def _never_meet(measured: Decay, linearized: Linearized | None) -> str:
     )
 
 
-def contradiction(motions: Motions, linearized: Linearized, measured: Decay) -> str | None:
+def contradiction(motions: Motions, linearized: LinearizedSystem, measured: Decay) -> str | None:
     """Describe a contradiction of linearized equations and measured decay; None if they agree.
 
     Along motions of a nonlinear system the two differ. So they are also compared near rest, where

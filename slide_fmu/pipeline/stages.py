@@ -18,7 +18,7 @@ from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.workplace import Workplace
-from slide_fmu.fitting.history import Curve, TriedSize, explanations_of
+from slide_fmu.fitting.history import Curve, SizeTrial, explanations_of
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
 from slide_fmu.memory.stability import AmplitudeTest, check_stability, require_stability
 from slide_fmu.memory.step_remark import step_remark
@@ -72,7 +72,7 @@ class TrainingFigures:
 
     validation_error: Mapping[str, float]
     parameters: int
-    sizes_tried: tuple[TriedSize, ...]
+    sizes_tried: tuple[SizeTrial, ...]
     explanations: tuple[str, ...]
     remark: str | None
     seed: int

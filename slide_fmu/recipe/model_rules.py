@@ -8,7 +8,7 @@ from typing import Any, Final, cast, final
 
 from slide_fmu.core.signals import FloatArray, Signal, moves
 from slide_fmu.excitation.base import Kind
-from slide_fmu.excitation.mix import names_of, told_names_of
+from slide_fmu.excitation.mix import names_of, reported_names_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
@@ -83,7 +83,7 @@ class ModelRules(KindRules):
     def motions(self, recipe: Recipe) -> list[Motion]:
         kinds = recipe.mix()
         own = (kind.kind for kind in kinds)
-        named = zip(names_of(kinds), own, told_names_of(kinds), strict=True)
+        named = zip(names_of(kinds), own, reported_names_of(kinds), strict=True)
         return [Motion(*each) for each in named]
 
     def described(

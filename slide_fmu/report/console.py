@@ -14,7 +14,7 @@ from rich.table import Column
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from slide_fmu.fitting.history import Curve, TriedSize
+from slide_fmu.fitting.history import Curve, SizeTrial
 from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.learning_tables import curve_table, size_table
@@ -92,7 +92,7 @@ def print_curve(curve: Curve | None, console: Console) -> None:
 
 
 def print_sizes(
-    sizes: tuple[TriedSize, ...] | None, explanations: Sequence[str], console: Console
+    sizes: tuple[SizeTrial, ...] | None, explanations: Sequence[str], console: Console
 ) -> None:
     """Print the sizes that a search has tried, if there was one, and why each choice pays."""
     if sizes:

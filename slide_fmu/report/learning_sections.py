@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from slide_fmu.core.readable import decimal
-from slide_fmu.fitting.history import Curve, History, TriedSize
+from slide_fmu.fitting.history import Curve, History, SizeTrial
 from slide_fmu.memory.sizing import AnySizing, Sizing
 from slide_fmu.memory.stability import AmplitudeTest
 from slide_fmu.report.html_report import ReportSection
@@ -91,7 +91,7 @@ def training_section(histories: Mapping[str, History]) -> ReportSection:
 
 
 def sizes_section(
-    sizes: Sequence[TriedSize], explanations: Sequence[str], remark: str | None
+    sizes: Sequence[SizeTrial], explanations: Sequence[str], remark: str | None
 ) -> ReportSection:
     """Show the sizes of the network that were tried, and the part of the error still learnable."""
     text = (

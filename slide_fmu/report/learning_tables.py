@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal
-from slide_fmu.fitting.history import Curve, History, TriedSize
+from slide_fmu.fitting.history import Curve, History, SizeTrial
 from slide_fmu.memory.decay_figures import RecordSizingFigures, SizingFigures, seconds
 from slide_fmu.memory.stability import AmplitudeTest, stability_figures
 from slide_fmu.report.table import ReportTable
@@ -63,7 +63,7 @@ def training_table(histories: Mapping[str, History]) -> ReportTable:
     return ReportTable.of(("stage", "steps or iterations", "best validation loss"), rows())
 
 
-def size_table(sizes: Sequence[TriedSize]) -> ReportTable:
+def size_table(sizes: Sequence[SizeTrial]) -> ReportTable:
     """Return the sizes that a search has tried."""
     heading = "order", "hidden units", "parameters", "validation error", "error still learnable"
     rows = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from slide_fmu.core.measures import percent
-from slide_fmu.fitting.history import History, TriedSize
+from slide_fmu.fitting.history import History, SizeTrial
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
@@ -92,7 +92,7 @@ def remark_on_training(recipe: Recipe, history: History) -> str | None:
     )
 
 
-def linear_size_remark(sizes: Sequence[TriedSize], error: float) -> str | None:
+def linear_size_remark(sizes: Sequence[SizeTrial], error: float) -> str | None:
     """Say that a linear network would do, of the sizes that a search has tried; else None.
 
     ``error`` is the validation error of the chosen network, in scaled units.

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from slide_fmu.core.figures import optional, plain, read_figures
-from slide_fmu.fitting.history import Curve, TriedSize
+from slide_fmu.fitting.history import Curve, SizeTrial
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.stability import StabilityFigures
@@ -54,7 +54,7 @@ class RunFigures:
     response_matrix: ResponseFigures | None = optional()
     stability: tuple[StabilityFigures, ...] = optional(())
     no_error_estimate: str | None = optional()
-    sizes_tried: tuple[TriedSize, ...] | None = optional()
+    sizes_tried: tuple[SizeTrial, ...] | None = optional()
     explanations: tuple[str, ...] = optional(())
     remark: str | None = None
     learning_curve: Curve | None = optional()

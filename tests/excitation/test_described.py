@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.excitation.mix import Excitation, told_names_of
+from slide_fmu.excitation.mix import Excitation, reported_names_of
 
 STEP = 0.01
 FORCE = Signal("force", "N", -2.0, 2.0)
@@ -231,7 +231,7 @@ def test_kinds_of_one_name_are_told_apart_by_a_setting() -> None:
         {"kind": "moving_average_random", "coefficients": [0.5, 0.3, 0.2]},
     ]
     kinds = TypeAdapter(list[Excitation]).validate_python([{"weight": 1.0, **t} for t in tables])
-    assert told_names_of(kinds) == [
+    assert reported_names_of(kinds) == [
         "multisine 1 of 0.3 to 5 rad/s",
         "multisine 2 of amplitude 0.2",
         "multisine 3",  # it shares each setting with one of the others

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from slide_fmu.fitting.history import History, TriedSize
+from slide_fmu.fitting.history import History, SizeTrial
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.quality import (
     QualityError,
@@ -37,7 +37,7 @@ def errors_of(relative_rmse: float) -> RunFigures:
 
 def remarked(surrogate: Surrogate, linear: float, remark: str | None = None) -> str | None:
     """The remark of a network with an error of 0.1, after a linear one was tried."""
-    sizes = TriedSize(2, 0, 9, linear, None), TriedSize(2, 8, 9, 0.12, None)
+    sizes = SizeTrial(2, 0, 9, linear, None), SizeTrial(2, 8, 9, 0.12, None)
     histories = {"surrogate": replace(COURSE, sizes=sizes, remark=remark)}
     found = with_training(errors_of(0.01), surrogate, histories, tiny_recipe(), ())
     assert found.sizes_tried == sizes
@@ -121,10 +121,10 @@ def test_training_whose_validation_error_still_falls_is_remarked() -> None:
 
 def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> None:
     sizes = [
-        TriedSize(2, 0, 9, 0.3, None),
-        TriedSize(4, 0, 9, 0.11, None),
-        TriedSize(4, 8, 9, 0.1, None),
-        TriedSize(9, 0, 9, None, None),
+        SizeTrial(2, 0, 9, 0.3, None),
+        SizeTrial(4, 0, 9, 0.11, None),
+        SizeTrial(4, 8, 9, 0.1, None),
+        SizeTrial(9, 0, 9, None, None),
     ]
     remark = linear_size_remark(sizes, 0.1)
     assert remark is not None

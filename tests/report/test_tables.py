@@ -6,14 +6,14 @@ import pytest
 from rich.console import Console
 
 from slide_fmu.core.figures import plain, read_figures
-from slide_fmu.fitting.history import Curve, CurvePoint, TriedSize
+from slide_fmu.fitting.history import Curve, CurvePoint, SizeTrial
 from slide_fmu.report.console import print_curve, print_sizes
 from slide_fmu.report.html_report import Report
 from slide_fmu.report.learning_sections import curve_section, sizes_section
 from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.table import ReportTable, markdown
 
-SIZES = (TriedSize(4, 0, 26, 0.0912, 0.08), TriedSize(4, 16, 290, None, None))
+SIZES = (SizeTrial(4, 0, 26, 0.0912, 0.08), SizeTrial(4, 16, 290, None, None))
 CURVE = Curve(
     (CurvePoint(8, 0.25, 0.125, 3.2), CurvePoint(16, 0.0625, 0.05, 6.0)), "it was enough"
 )

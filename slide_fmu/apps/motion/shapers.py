@@ -23,8 +23,8 @@ MOST_DAMPED = 0.7
 
 
 @dataclass(frozen=True)
-class Ringing:
-    """A Ringing is a mode that vibrates after a motion.
+class RingingMode:
+    """A RingingMode is a mode that vibrates after a motion.
 
     Attributes:
         frequency: undamped angular frequency, in rad/s.
@@ -55,7 +55,7 @@ class Shaper:
 NONE = Shaper("not shaped", np.zeros(1), np.ones(1))
 
 
-def ringing_modes(response: FloatArray, step: float) -> list[Ringing]:
+def ringing_modes(response: FloatArray, step: float) -> list[RingingMode]:
     """Find the modes that vibrate in a free response, in falling order of energy.
 
     The method is the eigensystem realization algorithm (Juang and Pappa, 1985).
@@ -83,11 +83,11 @@ def ringing_modes(response: FloatArray, step: float) -> list[Ringing]:
             continue
         alone = 2 * (basis[:, poles == pole] @ part[None]).real
         energy = float(np.sum(alone**2) / np.sum(scaled**2))
-        modes.append(Ringing(abs(rate), -rate.real / abs(rate), energy))
+        modes.append(RingingMode(abs(rate), -rate.real / abs(rate), energy))
     return sorted(modes, key=lambda mode: -mode.energy)
 
 
-def shapers(modes: list[Ringing]) -> list[Shaper]:
+def shapers(modes: list[RingingMode]) -> list[Shaper]:
     """Return ZV and ZVD shapers for the strongest mode, and for the two strongest ones."""
     chosen = []
     for count in range(1, min(2, len(modes)) + 1):
@@ -98,7 +98,7 @@ def shapers(modes: list[Ringing]) -> list[Shaper]:
     return chosen
 
 
-def _zero_vibration(mode: Ringing) -> Shaper:
+def _zero_vibration(mode: RingingMode) -> Shaper:
     """Return two impulses half a damped period apart, whose vibrations cancel."""
     root = np.sqrt(1 - mode.damping**2)
     left = np.exp(-mode.damping * np.pi / root)

@@ -11,7 +11,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.errors import TrainingError
-from slide_fmu.fitting.history import History, TriedUnits
+from slide_fmu.fitting.history import History, UnitTrial
 from slide_fmu.fitting.ladder import pays, run_while_it_pays
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.cell import CellShape
@@ -20,7 +20,13 @@ from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
-from slide_fmu.fitting.state_space.sizes import POOR, USED, Chosen, choose_sizes, still_learnable
+from slide_fmu.fitting.state_space.sizes import (
+    POOR,
+    USED,
+    SizeChoice,
+    choose_sizes,
+    still_learnable,
+)
 from slide_fmu.fitting.state_space.unit_choice import choose_units
 from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.network import StateSpace
@@ -55,7 +61,7 @@ def fit_state_space(
             weight is not finite.
     """
     data = fit_data(problem, network, training)
-    kinds, why = tuple[TriedUnits, ...](), list[str]()
+    kinds, why = tuple[UnitTrial, ...](), list[str]()
     if network.units == "auto" and problem.start is None:
         network, kinds, explanation = choose_units(data, progress)
         why = [] if explanation is None else [explanation]
@@ -66,7 +72,7 @@ def fit_state_space(
         winner = compete(multi_start, chosen)
     else:
         multi_start.ledger.plan(training.iterations)
-        winner = multi_start.refine_known(begun_with(problem.start, multi_start))
+        winner = multi_start.refine_known(candidate_from(problem.start, multi_start))
     multi_start.ledger.finish()
     if not math.isfinite(winner.error):
         raise TrainingError(
@@ -88,7 +94,7 @@ def fit_state_space(
     return FittedNetwork(freeze(winner, data), history, table)
 
 
-def begun_with(start: StateSpace, multi_start: MultiStart) -> Candidate:
+def candidate_from(start: StateSpace, multi_start: MultiStart) -> Candidate:
     """Return the candidate made from a known network, before physical parameters affect it."""
     cell = start.cell
     units = GATED if cell.gated else cell.activation
@@ -115,7 +121,7 @@ def _history(winner: Candidate, data: FitData) -> History:
     return History(steps, training_errors, validation_errors)
 
 
-def compete(multi_start: MultiStart, chosen: Chosen) -> Candidate:
+def compete(multi_start: MultiStart, chosen: SizeChoice) -> Candidate:
     """Return the best network of a size, refined on all data.
 
     If a search has run several starts of the size, and the best of them further, that one is

@@ -122,7 +122,7 @@ class _RandomUnits:
         upper = poles[poles.imag >= 0]  # one of each conjugate pair
         slowest = torch.argsort(upper.abs(), descending=True, stable=True)
         self._poles = [complex(pole) for pole in upper[slowest][:POLES] if abs(pole) < 1]
-        seen, _ = self._seen(_some(segments))
+        seen, _ = self._inputs_and_outputs(_some(segments))
         self._size = seen.square().mean((0, 1)).sqrt().clamp_min(1e-12)
         generator = torch.Generator().manual_seed(0)
         count = seen.shape[2] + 1
@@ -138,7 +138,7 @@ class _RandomUnits:
         All outputs have the same regressors, unless each has its own noise spectrum.
         """
         chosen = _some(segments)
-        seen, outputs = self._seen(chosen)
+        seen, outputs = self._inputs_and_outputs(chosen)
         scaled, first = seen / self._size, chosen.burn_in
         arguments = torch.cat([scaled, torch.ones_like(scaled[:, :, :1])], 2) @ self._weights.T
         both = torch.cat([scaled, torch.tanh(arguments)], 2)
@@ -156,7 +156,7 @@ class _RandomUnits:
             for k, own in enumerate(outputs_alone)
         ]
 
-    def _seen(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
+    def _inputs_and_outputs(self, segments: Segments) -> tuple[torch.Tensor, torch.Tensor]:
         """Return inputs of hidden units, (N, B, m), delayed and not, and the outputs (N, B, p)."""
         outputs, states = simulate(self._shape, self._theta, segments.features, segments.phi)
         features = segments.features

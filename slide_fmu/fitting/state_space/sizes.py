@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import final
 
-from slide_fmu.fitting.history import TriedSize
+from slide_fmu.fitting.history import SizeTrial
 from slide_fmu.fitting.ladder import (
     WORTHWHILE,
     Ladder,
@@ -81,8 +81,8 @@ STATES, HIDDEN_UNITS = (1, 0), (0, 1)
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
-    """Chosen is the size that the search has chosen.
+class SizeChoice:
+    """A SizeChoice is the size that the search has chosen.
 
     Attributes:
         order: number of states that carry the response.
@@ -98,15 +98,15 @@ class Chosen:
     n_units: int
     judged: Candidate | None = None
     larger: Candidate | None = None
-    tried: tuple[TriedSize, ...] = ()
+    tried: tuple[SizeTrial, ...] = ()
     explanations: tuple[str, ...] = ()
 
 
-def choose_sizes(multi_start: MultiStart) -> Chosen:
+def choose_sizes(multi_start: MultiStart) -> SizeChoice:
     """Return order and number of hidden units from the recipe, or from a search."""
     order, n_units = multi_start.network.order, multi_start.network.hidden
     if order != "auto" and n_units != "auto":
-        return Chosen(order, n_units)
+        return SizeChoice(order, n_units)
     search = _Search(multi_start, orders_to_try(multi_start), _numbers_of_units(n_units))
     place = (0, 0)
     if n_units != "auto" or not multi_start.eigenvalues_known:
@@ -194,12 +194,12 @@ class _Search:
         larger = self._beyond(place, [STATES])
         return self._candidate(larger[0]) if larger else None
 
-    def chosen(self, place: Place, larger: Candidate | None) -> Chosen:
+    def chosen(self, place: Place, larger: Candidate | None) -> SizeChoice:
         """Return the size at a place, with all sizes that were tried."""
         tried = tuple(self._tried(place) for place in self._judged)
         order, n_units = self._orders[place[0]], self._units[place[1]]
         explanations = tuple(self.explanations)
-        return Chosen(order, n_units, self._judged[place], larger, tried, explanations)
+        return SizeChoice(order, n_units, self._judged[place], larger, tried, explanations)
 
     def _beyond(self, place: Place, steps: Sequence[Place]) -> list[Place]:
         """Return the places one step beyond, within the limits of the search."""
@@ -249,9 +249,9 @@ class _Search:
             self._learnable[place] = learnable
         return self._learnable[place]
 
-    def _tried(self, place: Place) -> TriedSize:
+    def _tried(self, place: Place) -> SizeTrial:
         candidate, learnable = self._judged[place], self._learnable.get(place, math.inf)
-        return TriedSize(
+        return SizeTrial(
             self._orders[place[0]],
             candidate.shape.n_units,
             candidate.shape.n_parameters,

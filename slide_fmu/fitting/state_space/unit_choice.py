@@ -15,7 +15,7 @@ from typing import final
 import torch
 
 from slide_fmu.core.progress import Progress
-from slide_fmu.fitting.history import TriedUnits
+from slide_fmu.fitting.history import UnitTrial
 from slide_fmu.fitting.ladder import WORTHWHILE, Ladder, cheapest_as_good
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
@@ -53,7 +53,7 @@ faster: as in the test of stability that decides on export."""
 
 def choose_units(
     data: FitData, progress: Progress
-) -> tuple[StateSpaceRecipe, tuple[TriedUnits, ...], str | None]:
+) -> tuple[StateSpaceRecipe, tuple[UnitTrial, ...], str | None]:
     """Return the recipe with tanh, mixed or cubic units instead of ``auto``.
 
     The trials come next, and one sentence on why the kind was chosen; None without trials.
@@ -122,7 +122,7 @@ class _Trials:
     """_Trials fit small networks to the smaller amplitudes, and keep the results."""
 
     def __init__(self, small: FitData, large: Segments, progress: Progress) -> None:
-        self.done: list[TriedUnits] = []
+        self.done: list[UnitTrial] = []
         self._scores: dict[tuple[str, int | str, int], float] = {}
         self._linear: Candidate | None = None  # the same for all kinds
         self._small, self._large, self._progress = small, large, progress
@@ -142,7 +142,7 @@ class _Trials:
             self._scores[kind] = tried.validation_error * tried.error_beyond
         return self._scores[kind]
 
-    def _try(self, recipe: StateSpaceRecipe) -> TriedUnits:
+    def _try(self, recipe: StateSpaceRecipe) -> UnitTrial:
         """Fit a network of a recipe's kind and number of hidden units, and test it beyond.
 
         Every trial has its own checkpoint.
@@ -166,7 +166,7 @@ class _Trials:
         multi_start.ledger.finish()
         theta = with_room(judged.shape, judged.state.best, self._small.whole)
         beyond = _error(judged.shape, theta, self._large)
-        return TriedUnits(recipe.units, number, recipe.substeps, judged.error, beyond)
+        return UnitTrial(recipe.units, number, recipe.substeps, judged.error, beyond)
 
 
 def _divided(data: FitData) -> tuple[FitData, Segments]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slide_fmu.apps.motion.shapers import NONE, Ringing, Shaper, ringing_modes, shapers
+from slide_fmu.apps.motion.shapers import NONE, RingingMode, Shaper, ringing_modes, shapers
 from slide_fmu.core.signals import FloatArray
 
 STEP = 0.01
@@ -48,7 +48,7 @@ def left_over(shaper: Shaper, frequency: float, damping: float) -> float:
     return float(np.exp(-decay * last) * np.abs(waves.sum()))
 
 
-MODES = [Ringing(12.0, 0.05, 0.9), Ringing(31.0, 0.1, 0.1)]
+MODES = [RingingMode(12.0, 0.05, 0.9), RingingMode(31.0, 0.1, 0.1)]
 
 
 def test_shapers_leave_nothing_of_their_modes() -> None:

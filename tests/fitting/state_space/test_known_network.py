@@ -11,7 +11,7 @@ import torch
 
 from slide_fmu.fitting.checkpoint import read_checkpoint
 from slide_fmu.fitting.state_space.cell import simulate
-from slide_fmu.fitting.state_space.fit import begun_with
+from slide_fmu.fitting.state_space.fit import candidate_from
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import MultiStart
 from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
@@ -50,7 +50,7 @@ def test_start_answers_as_the_known_network_for_every_parameter(
     problem = replace(parametric_problem(tmp_path), start=known)
     network, training = StateSpaceRecipe(), QUICK
     data = fit_data(problem, network, training)
-    found = begun_with(known, MultiStart(data, silent))
+    found = candidate_from(known, MultiStart(data, silent))
     assert found.shape.terms == 3
     segments = data.whole
     outputs, _ = simulate(found.shape, found.state.best, segments.features, segments.phi)

@@ -11,7 +11,7 @@ import torch
 
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import ROUND, compete
-from slide_fmu.fitting.state_space.sizes import Chosen, choose_sizes, orders_to_try
+from slide_fmu.fitting.state_space.sizes import SizeChoice, choose_sizes, orders_to_try
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 
 LINEAR = {1: 0.5, 2: 0.2, 3: 0.15, 4: 0.1, 5: 0.1, 6: 0.0999, 7: 0.0999, 8: 0.0999, 9: 0.3}
@@ -116,7 +116,7 @@ class Runs:
 
     def compete(self, larger: float = 1.0) -> Any:
         """Let four states with the error 1 compete with six."""
-        return compete(self, Chosen(4, 16, sized(4), sized(6, larger)))  # type: ignore[arg-type]
+        return compete(self, SizeChoice(4, 16, sized(4), sized(6, larger)))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("more", "states"), [(0.9, 6), (0.97, 6), (0.99, 4), (2.0, 4)])

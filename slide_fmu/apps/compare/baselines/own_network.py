@@ -15,7 +15,7 @@ from slide_fmu.core.progress import Progress, quiet, quiet_stages
 from slide_fmu.data.stored_split import Split
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.network import FITS
-from slide_fmu.fitting.preparation import Prepared, Work, scales_of
+from slide_fmu.fitting.preparation import FitPreparation, Work, scales_of
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import freeze
 from slide_fmu.fitting.state_space.fit_data import fit_data
@@ -85,7 +85,7 @@ class OwnNetwork:
             names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
             splits: list[Split] = work.splits(*names)
             scales = scales_of(work, splits, surrogate.output_scaling)
-            prepared = Prepared(work, scales, self.table, surrogate.network.features, {})
+            prepared = FitPreparation(work, scales, self.table, surrogate.network.features, {})
             problem = prepared.problem(splits, Path(name) / "own.pt")
             if isinstance(recipe.training, LeastSquaresRecipe):
                 assert isinstance(self.table, StateSpaceRecipe)

@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.measures import best_constant, moving_rms
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

@@ -23,7 +23,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.base import BEFORE, FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features, require_odd

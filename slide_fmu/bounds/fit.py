@@ -19,10 +19,7 @@ from slide_fmu.bounds.estimate_use import useless_estimate
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.bounds.known_start import companion_start
-from slide_fmu.data.fingerprint import identity
-from slide_fmu.data.origin import require_origin
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.checkpoint import checkpoint_key
 from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
@@ -51,11 +48,9 @@ makes bounds wider, since its own error is most of the disagreement."""
 def fit_surrogate(work: Work) -> Fit:
     """Train the surrogate of a recipe, then its error estimator and its error bound.
 
-    The store contains the recipe's trajectories.
-
     Raises:
         RecipeError: the recipe has open values.
-        StoreError: trajectories are missing, or were made from another recipe or model.
+        TrajectoryError: trajectories are missing.
         TrainingError: a training diverged.
         UnstableModeError: a mode of the system linearized at rest grows.
         RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the system's.
@@ -63,24 +58,20 @@ def fit_surrogate(work: Work) -> Fit:
             moves in the training data.
     """
     recipe = work.recipe
-    store = open_store(work.store)
-    require_origin(store, recipe, identity(work.case.source, recipe))
-    store.require(recipe)
+    work.trajectories.require()
     fit = _with_forecast(work, fit_network(work))
     if recipe.estimator is not None:
         fit = _with_estimator(work, fit)
     return fit if recipe.bound is None else _with_bound(work, fit)
 
 
-def key_of_surrogate(work: Work, model: str) -> str:
+def key_of_surrogate(work: Work) -> str:
     """Return the key of all that decides the result of ``fit_surrogate``.
 
-    ``model`` is the key of the model's answers (``model_key``).
-
     Raises:
-        StoreError, RecipeError, UrdfError, UnstableModeError: as of ``fit_surrogate``.
+        TrajectoryError, RecipeError, UrdfError, UnstableModeError: as of ``fit_surrogate``.
     """
-    recipe, source = work.recipe, work.case.source
+    recipe, source, model = work.recipe, work.case.source, work.trajectories.model
     tables = recipe.model_dump(mode="json", exclude=NOT_LEARNT)
     tables["system"] = {k: v for k, v in tables["system"].items() if k not in NOT_OF_SYSTEM}
     return checkpoint_key(
@@ -171,7 +162,7 @@ def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
     """Fit the companion of a surrogate; return the most accurate of all attempts.
 
     Raises:
-        StoreError: trajectories are missing.
+        TrajectoryError: trajectories are missing.
         TrainingError: a training diverged.
     """
     recipe, surrogate = work.recipe, fit.surrogate

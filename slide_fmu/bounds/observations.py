@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_of
 from slide_fmu.surrogate.error_bound import MOST_EXPONENT, USUAL_CONFIDENCE, filling_length

@@ -23,7 +23,6 @@ TRACEBACK = "SLIDE_FMU_TRACEBACK"
 
 STOPPED = "stopped"
 GOES_ON = "stopped; the same command goes on from here"
-WITHOUT_OVERWRITE = "stopped; the same command without --overwrite goes on from here"
 """Messages for an interrupt by the user: of any program, and of those that keep their work."""
 INTERRUPTED, KILLED = 130, 143
 """Exit codes after Ctrl-C and after kill, as in shells: 128 and the number of the signal."""

@@ -74,10 +74,6 @@ DataSeedOption = Annotated[
         "--data-seed", min=0, help="Seed of the trajectories. Default: as in the recipe."
     ),
 ]
-OverwriteOption = Annotated[
-    bool,
-    typer.Option("--overwrite", help="Make all data anew, such as after a change of the model."),
-]
 
 
 def one_of(choices: Sequence[str], otherwise: str) -> Callable[[str | None], str | None]:

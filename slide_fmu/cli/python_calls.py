@@ -82,7 +82,6 @@ def run(
     trajectories: int | None = None,
     workers: int | None = None,
     threads: int = 1,
-    overwrite: bool = False,
 ) -> RunResult:
     """Do all stages of a recipe file, as ``slide-fmu run`` does.
 
@@ -96,7 +95,6 @@ def run(
         trajectories: number of unseen trajectories to measure the FMU on; the recipe's if None.
         workers: processes that simulate, as for ``learn``.
         threads: threads of the training.
-        overwrite: whether data that were made from other values are made again.
 
     Returns:
         The surrogate, with its FMU, report and measured error.
@@ -106,7 +104,7 @@ def run(
         QualityError: an output has a larger error than the recipe allows; FMU and report exist.
         ModuleNotFoundError: the extra ``train`` is not installed.
         LoadError: the system cannot be loaded. Further errors are as for
-            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
+            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError,
             TrainingError, UnstableSurrogateError.
     """
     require_training()
@@ -116,14 +114,13 @@ def run(
         return open_job(Path(recipe), Path(runs), bar, seed, data_seed, tell=tell)
 
     processes = simulating_processes({}, workers, "run")
-    return whole_way(opened, processes, threads, overwrite, trajectories)
+    return whole_way(opened, processes, threads, trajectories)
 
 
 def whole_way(
     opened: Callable[[Stages, Tell], Job],
     processes: tuple[int | None, str | None],
     threads: int,
-    overwrite: bool,
     trajectories: int | None = None,
 ) -> RunResult:
     """Go the whole way with a job; progress and remarks are shown on standard error.
@@ -131,7 +128,7 @@ def whole_way(
     Args:
         opened: opens the job, with what shows the progress of stages and what says a sentence.
         processes: how many simulate, and what to say about that (``simulating_processes``).
-        threads, overwrite, trajectories: as of ``run``.
+        threads, trajectories: as of ``run``.
 
     Raises:
         QualityError: an output has a larger error than the recipe allows; FMU and report exist.
@@ -144,7 +141,7 @@ def whole_way(
         console.print(f"remark: {remark}")
     with progress_on(console) as bar:
         job = opened(bar, console.print)
-        done = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+        done = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads)
     require_quality(job.recipe, done.figures)
     return RunResult(load(done.fmu), done.fmu, done.page, done.figures)
 
@@ -229,7 +226,6 @@ def learn(
     runs: str | Path = "runs",
     workers: int | None = None,
     threads: int = 1,
-    overwrite: bool = False,
     **tables: Any,
 ) -> RunResult:
     """Learn a surrogate of a reference system and measure it, as ``slide-fmu run`` does.
@@ -247,7 +243,6 @@ def learn(
             process. In a script, the call must be under ``if __name__ == "__main__":`` for several
             processes.
         threads: threads of the training.
-        overwrite: whether data that were made from other values are made again.
         tables: the other tables of a recipe as dictionaries, such as ``data={"train": 40}`` and
             ``window={"n_in": 300}``; missing keys have the recipe's defaults.
 
@@ -261,7 +256,7 @@ def learn(
         ValueError: workers were requested, but would run the user's script again.
         ModuleNotFoundError: the extra ``train`` is not installed.
         LoadError: the system cannot be loaded. Further errors are as for
-            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError, StoreError,
+            ``slide_fmu.pipeline.run.run_recipe``: ShortWindowError, SimulationError,
             TrainingError, UnstableSurrogateError.
     """
     require_training()
@@ -277,4 +272,4 @@ def learn(
         job = job_of_text(text, f"slide.learn of {name!r}", Path(runs), bar, given=own)
         return replace(job, command=f"slide.learn(system, {name!r})", tell=tell)
 
-    return whole_way(opened, simulating_processes(system, workers), threads, overwrite)
+    return whole_way(opened, simulating_processes(system, workers), threads)

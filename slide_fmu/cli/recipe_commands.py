@@ -14,7 +14,6 @@ import typer
 
 from slide_fmu.cli.console import (
     GOES_ON,
-    WITHOUT_OVERWRITE,
     console,
     errors,
     json_bytes,
@@ -26,7 +25,6 @@ from slide_fmu.cli.options import (
     DataSeedOption,
     ExecutorOption,
     JsonOption,
-    OverwriteOption,
     RecipeArgument,
     RunsOption,
     ThreadsOption,
@@ -213,7 +211,6 @@ def run(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
     threads: ThreadsOption = 1,
-    overwrite: OverwriteOption = False,
 ) -> None:
     """Do everything: find the window, make data, train, write the FMU, measure it."""
     with errors():
@@ -223,10 +220,10 @@ def run(
     from slide_fmu.report.console import print_curve, print_sizes
     from slide_fmu.report.quality import require_quality
 
-    with progress_bars(WITHOUT_OVERWRITE if overwrite else GOES_ON) as bar:
+    with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
         show_resolved(job.resolved)
-        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads, overwrite)
+        finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads)
     figures = finished.figures
     print_curve(figures.learning_curve, console)
     print_sizes(figures.sizes_tried, figures.explanations, console)
@@ -281,20 +278,19 @@ def generate(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
     executor: ExecutorOption = None,
-    overwrite: OverwriteOption = False,
 ) -> None:
     """Simulate the training data of a recipe. Several programs may share this work."""
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve
 
-    with progress_bars(WITHOUT_OVERWRITE if overwrite else GOES_ON) as bar:
+    with progress_bars(GOES_ON) as bar:
         job = open_job(recipe, runs, bar, data_seed=seed, tell=console.print)
-        figures = generate_recipe(job, workers, executor, overwrite)
+        figures = generate_recipe(job, workers, executor)
     write_json(json_path, figures)
     print_curve(figures.learning_curve, console)
     show_remark(figures.remark)
-    console.print(f"data    {job.folder.store}")
+    console.print(f"data    {job.folder.trajectories}")
 
 
 def train(

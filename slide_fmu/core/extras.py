@@ -9,7 +9,6 @@ EXTRAS = {
     "lxml": "run",
     "scipy": "run",
     "torch": "train",
-    "zarr": "train",
     "exudyn": "train",
     "matplotlib": "train",
     "PIL": "train",
@@ -19,7 +18,7 @@ EXTRAS = {
 """The extra that brings each package."""
 RUNNING = ("fmpy",)
 """Packages that running an FMU needs."""
-TRAINING = "zarr", "torch"
+TRAINING = ("torch",)
 """Packages that training needs."""
 
 

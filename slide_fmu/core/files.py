@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import errno
 import io
-import os
 import shutil
 import signal
 import threading
+import uuid
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -70,7 +70,7 @@ def write_whole(path: Path, content: bytes) -> None:
         FullDiskError: the disk is full.
         OSError: the file cannot be written; it names the path.
     """
-    staged = path.with_name(f".{path.name}.{os.getpid()}")
+    staged = path.with_name(f".{path.name}.{uuid.uuid4().hex[:12]}")  # several may write at once
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with _removed_at_the_end(staged):

@@ -1,7 +1,7 @@
 """Workers of a Dask cluster make trajectories on all its machines.
 
 The user starts the cluster before, by hand, by dask-jobqueue or by a container, and it continues
-to run afterwards. All its machines share the disk of the store.
+to run afterwards. All its machines share the disk of the trajectories.
 """
 
 from __future__ import annotations
@@ -81,19 +81,19 @@ def cluster(address: str) -> Iterator[Executor]:
                 f"executor {address!r}: {error.allowed_failures + 1} workers died over the same "
                 f"trajectories, the last on {error.last_worker.address}; expected a model "
                 "that does not end its process, and enough memory for it: see what the workers "
-                "wrote; trajectories in the store stay there"
+                "wrote; trajectories that were made stay"
             ) from error
         except (CancelledError, distributed.client.FutureCancelledError) as error:
             if left_alone.is_set():
                 raise ClusterError(
                     f"executor {address!r}: all its workers went, and none came within {ALONE:g} "
                     "s; expected workers, and a model that does not end its process: see what "
-                    "they wrote, start workers, and run the command again; trajectories in the "
-                    "store stay there"
+                    "they wrote, start workers, and run the command again; trajectories that "
+                    "were made stay"
                 ) from error
             raise ClusterError(
                 f"executor {address!r}: the connection to the scheduler was lost; "
-                "the store keeps its trajectories: start the scheduler, and run the command again"
+                "trajectories that were made stay: start the scheduler, and run the command again"
             ) from error
 
 

@@ -1,7 +1,7 @@
-"""This module defines the error of stored trajectories, without the packages that read them."""
+"""This module defines the error of trajectories, without the packages that read them."""
 
 from __future__ import annotations
 
 
-class StoreError(ValueError):
-    """The store on disk is damaged or incomplete, or does not belong to the recipe."""
+class TrajectoryError(ValueError):
+    """Trajectories of a recipe are missing."""

@@ -1,4 +1,4 @@
-"""This module keeps failed trajectories with their inputs in a folder next to the store.
+"""This module keeps failed trajectories with their inputs in a folder next to the others.
 
 Another draw takes the place of each; where too many fail, the run ends. Trajectories beyond the
 range are left out and do not count, since a model need not work there.
@@ -6,7 +6,6 @@ range are left out and do not count, since a model need not work there.
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +16,9 @@ from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import BEYOND_ATTEMPTS, attempted, split_stream
 from slide_fmu.data.parameter_draws import leaves_ranges
+from slide_fmu.data.trajectories import Trajectories, drawn_splits
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.base import System
 
 
 @dataclass(frozen=True)
@@ -40,42 +40,64 @@ class Failure:
 
     @property
     def name(self) -> str:
-        """Name of its files: ``NAME.json`` describes the failure, ``NAME.csv`` holds the inputs.
+        """Name of its files, before the key of its trajectory: ``NAME-KEY.json`` describes the
+        failure, ``NAME-KEY.csv`` holds the inputs.
 
         The recipe's excitation of the kind ``file`` reads such inputs.
         """
         return f"{self.split}_{self.index}_{self.attempt}"
 
 
-def failures_folder(store: Path) -> Path:
-    """Return the folder of the failures of a store."""
-    return store.with_name("failures")
+def failures_folder(folder: Path) -> Path:
+    """Return the folder of the failures, next to that of the trajectories."""
+    return folder.with_name("failures")
 
 
-def keep_failure(store: Path, failure: Failure, system: System, inputs: FloatArray) -> None:
+def keep_failure(trajectories: Trajectories, failure: Failure, inputs: FloatArray) -> None:
     """Write a failure and its inputs, shape (N, n_inputs), burn-in first."""
-    folder = failures_folder(store)
+    system = trajectories.case.system
     time = system.step * np.arange(len(inputs))
     table = [",".join(["time", *(signal.name for signal in system.inputs)])]
     table += [",".join(map(repr, row)) for row in np.column_stack([time, inputs]).tolist()]
-    write_whole(folder / f"{failure.name}.csv", "\n".join([*table, ""]).encode())
-    ResultFile(folder / f"{failure.name}.json").write_json(failure)
+    place = _file(trajectories, failure.split, failure.index, failure.attempt)
+    write_whole(place.with_suffix(".csv"), "\n".join([*table, ""]).encode())
+    ResultFile(place).write_json(failure)
 
 
-def kept_failures(store: Path) -> list[Failure]:
-    """Read all failures of a store, ordered by name.
+def _file(trajectories: Trajectories, split: str, index: int, attempt: int | str) -> Path:
+    """Return the place of a failure; its name has the key of the trajectory that failed."""
+    name = f"{split}_{index}_{attempt}-{trajectories.key(split, index)}.json"
+    return failures_folder(trajectories.folder) / name
+
+
+def kept_failures(trajectories: Trajectories) -> list[Failure]:
+    """Read all failures of trajectories of a recipe, ordered by name.
 
     Raises:
         DamagedFileError: the file of a failure is damaged.
     """
-    paths = sorted(failures_folder(store).glob("*.json"))
-    kept = (ResultFile(path).read_json(Failure) for path in paths)
+    kept = (ResultFile(path).read_json(Failure) for path in _files(trajectories).values())
     return [failure for failure in kept if failure is not None]
 
 
-def remove_failures(store: Path) -> None:
-    """Remove the failures of a store, if there are some."""
-    shutil.rmtree(failures_folder(store), ignore_errors=True)
+def _files(trajectories: Trajectories) -> dict[str, Path]:
+    """Return the files of failures of the recipe by their names, in order."""
+    recipe, files = trajectories.case.recipe, {}
+    for path in sorted(failures_folder(trajectories.folder).glob("*_*_*-*.json")):
+        name, _, key = path.stem.rpartition("-")
+        split, index, _ = name.rsplit("_", 2)
+        if split in drawn_splits(recipe) and key == trajectories.key(split, int(index)):
+            files[name] = path
+    return files
+
+
+def forget_failed(trajectories: Trajectories) -> None:
+    """Remove the failures of a recipe, and what took their places, so that all are made again."""
+    for name, path in _files(trajectories).items():
+        split, index, _ = name.rsplit("_", 2)
+        trajectories.remove(split, int(index))
+        path.with_suffix(".csv").unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
 
 
 def allowed_failures(recipe: Recipe) -> int:
@@ -84,20 +106,20 @@ def allowed_failures(recipe: Recipe) -> int:
     return max(1, int(recipe.data.most_failures * total))
 
 
-def too_many_failures(store: Path, recipe: Recipe) -> str | None:
+def too_many_failures(trajectories: Trajectories) -> str | None:
     """Return why a run must end, if too many trajectories failed; None while it may go on."""
-    names = [path.stem for path in sorted(failures_folder(store).glob("*.json"))]
-    counted = [name for name in names if not is_beyond(recipe, name)]
+    recipe, folder = trajectories.case.recipe, failures_folder(trajectories.folder)
+    counted = [name for name in _files(trajectories) if not is_beyond(recipe, name)]
     count, allowed = len(counted), allowed_failures(recipe)
     if count <= allowed:
         return None
-    first = next(one for one in kept_failures(store) if one.name == counted[0])
+    first = next(one for one in kept_failures(trajectories) if one.name == counted[0])
     learnt = {**recipe.tables_of_kinds(), "validation": ()}
     tables = ", ".join(f"{table}.excitation" for table, kinds in learnt.items() if kinds)
     tables += ", loop" if recipe.loop else ""
     return (
         f"{count} trajectories could not be simulated, {allowed} may fail (data.most_failures = "
-        f"{recipe.data.most_failures:g}); {failures_folder(store)} has the inputs of each and "
+        f"{recipe.data.most_failures:g}); {folder} has the inputs of each and "
         f"the message of each, for example {first.name}: {first.error}. Correct the model, narrow "
         f"the ranges of its inputs (system.inputs, {tables}){_of_parameters(recipe)}, or "
         "allow more"
@@ -117,13 +139,18 @@ def is_beyond(recipe: Recipe, name: str) -> bool:
     return leaves_ranges(recipe, stream, int(index), int(attempt))
 
 
-def remark_on_beyond(recipe: Recipe, store: Path) -> str | None:
+def remark_on_beyond(case: Case, folder: Path) -> str | None:
     """Say which trajectories beyond the range were left out; None if all were simulated.
+
+    The folder is that of the trajectories. The system is simulated only where some failed.
 
     Raises:
         DamagedFileError: the file of a failure is damaged.
     """
-    failed = [one for one in kept_failures(store) if is_beyond(recipe, one.name)]
+    if not failures_folder(folder).exists():
+        return None
+    recipe, trajectories = case.recipe, Trajectories.of(case, folder)
+    failed = [one for one in kept_failures(trajectories) if is_beyond(recipe, one.name)]
     of_inputs = [one for one in failed if split_stream(recipe, one.split, one.index).beyond]
     of_parameters = [one for one in failed if one not in of_inputs]
     remarks = _inputs_remark(recipe, of_inputs), _parameters_remark(recipe, of_parameters)

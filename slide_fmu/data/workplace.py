@@ -54,26 +54,28 @@ class Workplace:
             with cluster(self.executor) as executor:
                 yield executor
 
-    def make(self, case: Case, recipe_folder: Path | None, store: Path, progress: Progress) -> int:
-        """Make a recipe's trajectories in a store, and return how many were made here.
+    def make(
+        self, case: Case, recipe_folder: Path | None, trajectories: Path, progress: Progress
+    ) -> int:
+        """Make a recipe's trajectories in a folder, and return how many were made here.
 
         Args:
             case: the recipe whose trajectories are made.
             recipe_folder: folder of the recipe; None for a recipe that is not a file.
-            store: place of the store.
+            trajectories: folder of the trajectories.
             progress: shows how many are there.
 
         Raises:
             ClusterError: the cluster cannot be used.
             RecipeError: as in ``require_work_elsewhere``.
-            StoreError, SimulationError: as in ``generate``.
+            SimulationError: as in ``generate``.
         """
         elsewhere = self.executor is not None
         if self.executor is not None:
             require_work_elsewhere(case.source, case.recipe, self.executor)
         with self.open() as executor:
             folder = (recipe_folder or Path()) if elsewhere else None
-            return generate(case, store, executor, progress, folder)
+            return generate(case, trajectories, executor, progress, folder)
 
 
 @asked_of_sources

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.progress import Heard, Stages, quiet
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.director import OTHER, kinds_of
 from slide_fmu.fitting.checkpoint import checkpoint_key

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import final
 
 from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
-from slide_fmu.data.store import open_store
 from slide_fmu.fitting.preparation import FitPreparation, Work, prepare, scales_of
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
@@ -29,15 +28,15 @@ FIRST_ITERATIONS, ITERATIONS = 20, 10
 
 @final
 class LearningCurve:
-    """A LearningCurve belongs to a recipe with a state-space network, and to a store.
+    """A LearningCurve belongs to a recipe with a state-space network.
 
     Points are requested with rising numbers of trajectories. The first one fixes scalings and
     features for all, since errors in scaled units are comparable only with the same scale. An
     interrupted curve resumes from its checkpoint in the folder ``checkpoints``.
     """
 
-    def __init__(self, case: Case, store: Path, checkpoints: Path) -> None:
-        self._work = Work(case, store, checkpoints, quiet_stages)
+    def __init__(self, case: Case, trajectories: Path, checkpoints: Path) -> None:
+        self._work = Work(case, trajectories, checkpoints, quiet_stages)
         self._prepared: FitPreparation | None = None
         self._candidate: Candidate | None = None
 
@@ -47,14 +46,14 @@ class LearningCurve:
         Both are RMS in scaled units.
 
         Raises:
-            StoreError: trajectories are missing.
+            TrajectoryError: trajectories are missing.
             TrainingError: the checkpoint cannot be read.
             ValueError: a signal never moves in the data.
         """
         training = self._work.recipe.training
         assert isinstance(training, LeastSquaresRecipe)
-        store = open_store(self._work.store)
-        splits = [store.split("train").read(train), store.split("validation").read(validation)]
+        read = self._work.trajectories.read
+        splits = [read("train", train), read("validation", validation)]
         progress = Heard(progress, with_error=not training.expert.even_out)
         if self._prepared is None:
             work = replace(self._work, progress=partial(part_of, progress))

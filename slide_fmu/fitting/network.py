@@ -74,7 +74,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     """Fit the surrogate without forecast, estimator and bound.
 
     Raises:
-        StoreError: trajectories are missing.
+        TrajectoryError: trajectories are missing.
         TrainingError: the training diverged.
         RecipeError, UnstableModeError, ValueError: as for ``scales_of`` and ``prepare``.
     """

@@ -20,8 +20,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.scaling import Affine, range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split, Trajectories
 from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.checkpoint import checkpoint_key
@@ -52,7 +51,7 @@ class Work:
 
     Attributes:
         case: the case to fit, with the source of its trajectories.
-        store: folder of the trajectories.
+        folder: folder of the trajectories.
         checkpoints: folder for the states of interrupted trainings.
         progress: opens the progress of each training.
         known: surrogate whose network, features and scalings a fit begins with; None if it begins
@@ -60,7 +59,7 @@ class Work:
     """
 
     case: Case
-    store: Path
+    folder: Path
     checkpoints: Path
     progress: Stages
     known: Surrogate | None = None
@@ -101,14 +100,19 @@ class Work:
         network = None if self.known is None else self.known.network
         return network if isinstance(network, StateSpace) else None
 
+    @cached_property
+    def trajectories(self) -> Trajectories:
+        """The trajectories of the recipe."""
+        return Trajectories.of(self.case, self.folder)
+
     def splits(self, *names: str) -> list[Split]:
         """Read splits of the recipe.
 
         Raises:
-            StoreError: trajectories are missing.
+            TrajectoryError: trajectories are missing.
+            DamagedFileError: a trajectory is damaged.
         """
-        store = open_store(self.store)
-        return [store.split(name).read(self.recipe.count(name)) for name in names]
+        return [self.trajectories.read(name) for name in names]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """A problem has the data that a network family is trained on.
 
-Inputs and outputs of motions go through four forms. A ``Split`` of the store has them in their
+Inputs and outputs of motions go through four forms. A ``Split`` has them in their
 units. ``FeatureData`` has them scaled, as features of a network. ``WindowData`` cut windows out of
 them on the fly, at every phase, for networks without a state. ``Segments`` are long parts of them
 in parallel, for networks with a state.

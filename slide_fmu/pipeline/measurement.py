@@ -204,7 +204,7 @@ def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
         job: the recipe, whose data lie in its run folder.
         beyond: the validation beyond the range, if there is one.
     """
-    of_data = remark_on_beyond(job.recipe, job.folder.store)
+    of_data = remark_on_beyond(job.case, job.folder.trajectories)
     of_measured = [] if beyond is None else remarks_of_beyond(beyond)
     return [*([] if of_data is None else [of_data]), *of_measured]
 

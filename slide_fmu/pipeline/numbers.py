@@ -16,7 +16,7 @@ from pathlib import Path
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.fingerprint import identity, model_key
+from slide_fmu.data.model_answers import identity, model_key
 from slide_fmu.data.simulation_time import simulation_time
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, CurvePoint
@@ -74,7 +74,6 @@ def find_numbers(
 
     Raises:
         LoadError, RecipeError: the recipe's systems cannot be made.
-        StoreError: the store was made from other values.
         TrainingError: the checkpoint of the curve cannot be read.
     """
     known = known_numbers(case, open_keys, folder)
@@ -252,7 +251,7 @@ def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
         return curve
     torch.set_num_threads(1)
     known = {point.trajectories: point.seconds for point in curve.points}
-    learning = LearningCurve(case, folder.store, folder.checkpoints)
+    learning = LearningCurve(case, folder.trajectories, folder.checkpoints)
     points: dict[int, CurvePoint] = {}
 
     def point(train: int) -> CurvePoint:
@@ -309,6 +308,5 @@ class _Staged:
         without = {"estimator": None, "bound": None, "validation": validation}
         changes = {"data": data, **without}
         staged = self.case.with_recipe(recipe.model_copy(update=changes))
-        self.folder.path.mkdir(parents=True, exist_ok=True)
         progress = self.bar(stage)
-        self.place.make(staged, self.recipe_folder, self.folder.store, progress)
+        self.place.make(staged, self.recipe_folder, self.folder.trajectories, progress)

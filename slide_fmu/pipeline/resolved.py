@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.fingerprint import identity, model_key
+from slide_fmu.data.model_answers import identity, model_key
 from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.memory.time_budget import TimeBudget

@@ -67,7 +67,6 @@ def run_recipe(
     trajectories: int | None,
     workers: int | None,
     threads: int,
-    overwrite: bool,
 ) -> Finished:
     """Make the FMU of a recipe; results of an earlier run are used again.
 
@@ -78,13 +77,11 @@ def run_recipe(
         workers: processes that make the trajectories; one per core if None, and if 0 this one
             makes them.
         threads: threads of the training.
-        overwrite: whether data that were made from other values are made again.
 
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
         ShortWindowError: the window is too short for the system.
         StageError: the FMU would be written over its own reference.
-        StoreError: the trajectories in the run folder were made from other values.
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
@@ -93,7 +90,7 @@ def run_recipe(
     sizing = check_window(job)  # before anything is made
     clock = TimeLeft(job.recipe, bool(job.open_keys), workers, job.tell)
     job = replace(job, bar=clock.watched(job.bar))
-    job = choose_numbers(job, place, overwrite)
+    job = choose_numbers(job, place)
     data = generate_data(job, place)
     training = train_surrogate(job, threads)
     if not (data.made_now or training.made_now):

@@ -75,9 +75,9 @@ class RunFolder:
             )
 
     @property
-    def store(self) -> Path:
-        """Place of the trajectories."""
-        return self.path / "data.zarr"
+    def trajectories(self) -> Path:
+        """Folder of the trajectories; what is removed there is made again."""
+        return self.path / "trajectories"
 
     @property
     def checkpoints(self) -> Path:

@@ -16,7 +16,6 @@ from slide_fmu.bounds.known_start import known_start
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.fingerprint import identity, model_key
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, SizeTrial, explanations_of
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -170,40 +169,31 @@ def check_window(job: Job) -> AnySizing:
     return sizing
 
 
-def choose_numbers(job: Job, place: Workplace, overwrite: bool) -> Job:
+def choose_numbers(job: Job, place: Workplace) -> Job:
     """Return the job with all its numbers of trajectories; those left open are found.
 
-    The workplace makes the trajectories for this. With ``overwrite`` the store is removed first.
-
-    Raises:
-        StoreError: the store was made from other values.
+    The workplace makes the trajectories for this.
     """
-    from slide_fmu.data.failures import remove_failures
-    from slide_fmu.data.store_preparation import remove_store
-
-    if overwrite:
-        remove_store(job.folder.store)
-        remove_failures(job.folder.store)
     numbers = find_numbers(job.case, job.open_keys, job.folder, job.bar, place, job.recipe_folder)
     return with_values(job, numbers) if numbers else job
 
 
 def generate_data(job: Job, place: Workplace) -> DataFigures:
-    """Make all trajectories that are not in the store yet.
+    """Make all trajectories that are not in the run folder yet.
 
     Raises:
         SimulationError: too many trajectories could not be simulated.
-        StoreError: the store was made from other values.
         ClusterError: the cluster cannot be used.
     """
     from slide_fmu.data.failures import kept_failures, remark_on_beyond
+    from slide_fmu.data.trajectories import Trajectories
 
     job.open_recipe.resolved()
-    job.folder.path.mkdir(parents=True, exist_ok=True)
     of_bound = " of network and bound" if job.recipe.bound is not None else ""
     progress = job.bar(f"trajectories{of_bound}")
     begin = time.monotonic()
-    made = place.make(job.case, job.recipe_folder, job.folder.store, progress)
+    folder = job.folder.trajectories
+    made = place.make(job.case, job.recipe_folder, folder, progress)
     curve = kept_curve(job.case, job.folder)
     counts = {split: job.recipe.count(split) for split in SPLITS}
     simulated = sum(counts.values()) * (job.recipe.data.duration + job.recipe.data.burn_in)
@@ -211,8 +201,8 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
         trajectories=counts,
         simulated_time_s=simulated,
         made_now=made,
-        failed=len(kept_failures(job.folder.store)),
-        remark=remark_on_beyond(job.recipe, job.folder.store),
+        failed=len(kept_failures(Trajectories.of(job.case, folder))),
+        remark=remark_on_beyond(job.case, folder),
         wall_time_s=time.monotonic() - begin,
         seed=job.recipe.data.seed,
         learning_curve=curve if curve.points else None,
@@ -226,7 +216,7 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
     another program needs it; with one, every machine sums in the same order.
 
     Raises:
-        StoreError: trajectories are missing.
+        TrajectoryError: trajectories are missing.
         TrainingError: a training diverged.
     """
     import torch
@@ -237,8 +227,8 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
     recipe, folder = job.open_recipe.resolved(), job.folder
     torch.set_num_threads(threads)
     known = known_start(recipe, job.case.source)
-    work = Work(job.case, folder.store, folder.checkpoints, job.bar, known)
-    key = key_of_surrogate(work, model_key(folder.cache, identity(job.case.source, recipe)))
+    work = Work(job.case, folder.trajectories, folder.checkpoints, job.bar, known)
+    key = key_of_surrogate(work)
     kept = folder.known_training(key)
     if kept is not None:
         return Training(kept, recipe, made_now=False)
@@ -268,9 +258,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     return tests
 
 
-def generate_recipe(
-    job: Job, workers: int | None, executor: str | None, overwrite: bool
-) -> DataFigures:
+def generate_recipe(job: Job, workers: int | None, executor: str | None) -> DataFigures:
     """Make the trajectories of a recipe, and return the figures of ``generate_data``.
 
     Several programs may do so in one run folder.
@@ -279,17 +267,15 @@ def generate_recipe(
         job: the recipe and its run folder.
         workers: number of processes of this machine; one per core if None.
         executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
-        overwrite: whether existing data are made again.
 
     Raises:
-        ClaimError: the disk cannot lock files.
         ClusterError: the cluster cannot be used.
-        LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
-            in ``check_window``, ``choose_numbers`` and ``generate_data``.
+        LoadError, RecipeError, ShortWindowError, SimulationError, TrainingError: as in
+            ``check_window``, ``choose_numbers`` and ``generate_data``.
         ValueError: both workers and executor are given, or the address is invalid.
     """
     place = Workplace(workers, executor)
     job = checked(job)
     check_window(job)
-    job = choose_numbers(job, place, overwrite)
+    job = choose_numbers(job, place)
     return generate_data(job, place)

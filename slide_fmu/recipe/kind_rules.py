@@ -10,11 +10,10 @@ import abc
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Signal
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.system import SystemRecipe
 
 
 class Motion(NamedTuple):
@@ -61,13 +60,11 @@ class KindRules(abc.ABC):
         words: texts for reports.
         simulated: whether trajectories are simulated.
         no_bound: reason why there can be no error bound; None where there can be one.
-        lacks_outputs: whether outputs may be missing before the scored samples of trajectories.
     """
 
     words: Words
     simulated: bool = True
     no_bound: str | None = None
-    lacks_outputs: bool = False
 
     @abc.abstractmethod
     def begun(self, tables: Tables) -> Tables:
@@ -117,10 +114,3 @@ class KindRules(abc.ABC):
     @abc.abstractmethod
     def compared(self, recipe: Recipe, count: int, seed: int) -> str:
         """Describe the trajectories that the FMU was compared with, by number and seed."""
-
-    @abc.abstractmethod
-    def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
-        """Return a message on the change of a system since its data were made, with the remedy.
-
-        Both arrays are its numbers (``slide_fmu.data.fingerprint.identity``), then and now.
-        """

@@ -6,14 +6,13 @@ import math
 from importlib import import_module
 from typing import Any, Final, cast, final
 
-from slide_fmu.core.signals import FloatArray, Signal, moves
+from slide_fmu.core.signals import Signal, moves
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.mix import names_of, reported_names_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.systems.loading import UNSIMULATED
 
 
@@ -107,12 +106,6 @@ class ModelRules(KindRules):
         return (
             f"{count} trajectories that no training saw (seed {seed}): the FMU, run by an "
             "importer, next to the reference system, simulated on the same inputs."
-        )
-
-    def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
-        return (
-            f"{system.model!r} does not give the motions any more that are stored here; the model "
-            "has changed since: generate again (slide-fmu generate RECIPE --overwrite)"
         )
 
 

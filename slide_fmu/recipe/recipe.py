@@ -88,7 +88,7 @@ LEARNT = ("train", "companion", "bound")
 """These trajectories are also of the kinds ``training.expert.excitation``."""
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
-"""Names of the stored splits. Test trajectories are drawn anew for every validation."""
+"""Names of the splits. Test trajectories are drawn anew for every validation."""
 
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
 """The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""

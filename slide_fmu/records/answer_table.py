@@ -6,8 +6,8 @@ from types import MappingProxyType
 from typing import Final
 
 _OWN: dict[str, dict[str, str]] = {
-    "data.fingerprint": {"identity": "answers:identity"},
-    "data.generation": {"fill_store": "answers:fill_store"},
+    "data.model_answers": {"identity": "answers:identity"},
+    "data.generation": {"make_missing": "answers:cut_missing"},
     "data.unseen": {"known_or_simulated": "answers:unseen_motions"},
     "data.workplace": {"require_work_elsewhere": "answers:require_work_elsewhere"},
     "memory.stability": {

@@ -18,16 +18,16 @@ from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
-from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.origin import require_unlearnt
 from slide_fmu.records.part_remarks import remarks_on_division
-from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks
+from slide_fmu.records.segments import Segment, inputs_beyond, segments, unseen_blocks
 from slide_fmu.records.specimens import specimens
 from slide_fmu.surrogate.surrogate import Surrogate
 
 if TYPE_CHECKING:
-    from slide_fmu.data.store import Store
+    from slide_fmu.data.trajectories import Trajectories
     from slide_fmu.pipeline.run_folder import RunFolder
     from slide_fmu.propose.trial import Tried
     from slide_fmu.report.html_report import ReportSection
@@ -42,32 +42,27 @@ def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
     return source.identity
 
 
-def fill_store(
+def cut_missing(
     source: MeasuredRecords,
-    case: Case,
-    store: Store,
+    trajectories: Trajectories,
     executor: Executor | None,
     progress: Progress,
     recipe_folder: Path | None,
 ) -> int:
-    """Cut the segments of all parts that the store does not hold yet; return their number."""
+    """Cut the segments of all parts that are not there yet; return their number."""
     from slide_fmu.data.parameter_draws import as_row
 
-    recipe = case.recipe
-    missing = {split: store.split(split).missing(recipe.count(split)) for split in SPLITS}
-    total = sum(recipe.count(split) for split in SPLITS)
-    done = total - sum(map(len, missing.values()))
-    made = 0
-    progress(done, total)
-    for split, indices in missing.items():
-        cut = segments(recipe, source, split) if indices else []
-        for index in indices:
-            segment = cut[index]
-            values = as_row(segment.parameters) if segment.parameters else None
-            store.split(split).write(index, segment.trajectory, segment.file, values)
-            made += 1
-            progress(done + made, total)
-    return made
+    recipe, missing = trajectories.case.recipe, trajectories.missing()
+    total, cut = recipe.total_count, dict[str, list[Segment]]()
+    progress(total - len(missing), total)
+    for made, (split, index) in enumerate(missing, start=1):
+        if split not in cut:
+            cut[split] = segments(recipe, source, split)
+        segment = cut[split][index]
+        values = as_row(segment.parameters) if segment.parameters else None
+        trajectories.write(split, index, segment.trajectory, segment.file, values)
+        progress(total - len(missing) + made, total)
+    return len(missing)
 
 
 def require_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: str) -> None:

@@ -11,15 +11,12 @@ from math import comb
 from pathlib import Path
 from typing import Any, Final, final, get_args
 
-import numpy as np
-
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import Signal
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.kind_rules import KindRules, Motion, Words
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.recipe.tables import Part
 from slide_fmu.records.specimens import SPECIMENS_PER_TERM, too_few_specimens
 
@@ -66,7 +63,6 @@ class RecordRules(KindRules):
         "to it: no network that has learnt its records passes)",
     )
     simulated = False
-    lacks_outputs = True
     no_bound = (
         "[bound] with system.kind = 'record'; expected a system that can be simulated, since a "
         "bound needs hundreds of trajectories of its own"
@@ -156,15 +152,6 @@ class RecordRules(KindRules):
     @staticmethod
     def _origin_of_noise(recipe: Recipe) -> str:
         return OF_RESIDUALS if recipe.system.noise_record is None else OF_RECORD
-
-    def changed(self, system: SystemRecipe, known: FloatArray, now: FloatArray) -> str:
-        """Name the files of records, one row of numbers for each, that have changed."""
-        files = (system.model, *system.further)
-        others = [files[row] for row in np.flatnonzero((known != now).any(axis=1))]
-        return (
-            f"{', '.join(others)} has changed since its samples were stored here; expected the "
-            "same content: restore it, or generate again (slide-fmu generate RECIPE --overwrite)"
-        )
 
 
 RULES: Final = RecordRules()

@@ -1,4 +1,4 @@
-"""What works without torch, exudyn and zarr: load, check, run, describe."""
+"""What works without torch and exudyn: load, check, run, describe."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
 
-TRAINING = ("torch", "exudyn", "zarr")
+TRAINING = ("torch", "exudyn")
 """The packages of the extra ``train``."""
 SLOW_TO_IMPORT = ("matplotlib", "scipy", "fmpy", "pythonfmu", "jinja2", *TRAINING)
 

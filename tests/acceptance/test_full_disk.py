@@ -52,8 +52,7 @@ def test_every_stage_names_a_full_disk_and_goes_on_when_there_is_room(disk: Path
 
     filling = fill(disk)
     refused("generate", *call, "--workers", 1)
-    assert not (folder / "data.zarr").exists()
-    assert not list(folder.glob("data.zarr*"))
+    assert not list(folder.rglob("*.npz"))
     filling.unlink()
     assert invoke("generate", *call, "--workers", 1).exit_code == 0
 
@@ -85,7 +84,7 @@ def test_data_that_fill_the_disk_are_completed_when_there_is_room(tmp_path: Path
     recipe.write_text(RECIPE, encoding="utf-8")
     with small_disk(tmp_path, "212k") as disk:
         call = ("generate", recipe, "--runs", disk, "--workers", 2)
-        assert "data.zarr" in refused(*call)
+        assert "trajectories" in refused(*call)
         kept = tmp_path / "kept"
         shutil.copytree(disk, kept)
         assert unfinished(disk) == []

@@ -1,4 +1,4 @@
-"""Many machines on one store: what docs/command_line.md shows is run, on loopback."""
+"""Many machines on one run folder: what docs/command_line.md shows is run, on loopback."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ import yaml
 
 from slide_fmu.data import cluster as data_cluster
 from tests.acceptance.conftest import invoke
+from tests.folder_digest import folder_digest
 from tests.limits import HANGS
 from tests.own_models.lag_beside import write_lag
-from tests.store_digest import store_digest
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "many_machines"
@@ -99,10 +99,10 @@ def generated(recipe: Path, runs: Path) -> int:
 
 @pytest.fixture(scope="module")
 def digest(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The digest of the store of the recipe, made by one process of this machine."""
+    """The digest of the trajectories of the recipe, made by one process of this machine."""
     folder = tmp_path_factory.mktemp("alone")
     assert generated(write_lag(folder / "recipe"), folder) == TOTAL
-    return store_digest(folder / "lag" / "data.zarr")
+    return folder_digest(folder / "lag" / "trajectories")
 
 
 def free_port() -> int:
@@ -112,7 +112,7 @@ def free_port() -> int:
 
 
 @pytest.mark.extended
-def test_scheduler_and_workers_of_the_composition_make_the_same_store(
+def test_scheduler_and_workers_of_the_composition_make_the_same_trajectories(
     tmp_path: Path, machine: Machine, digest: str
 ) -> None:
     """They find the model beside its recipe, and notice that it is another one than they know."""
@@ -133,22 +133,22 @@ def test_scheduler_and_workers_of_the_composition_make_the_same_store(
         user = Machine(tmp_path)
         words = [str(machine.folder / "bin" / "slide-fmu"), *command("generate")[1:]]
         user.run(*words)
-        store = tmp_path / "runs" / "lag" / "data.zarr"
-        assert store_digest(store) == digest
+        trajectories = tmp_path / "runs" / "lag" / "trajectories"
+        assert folder_digest(trajectories) == digest
         write_lag(tmp_path / "recipe", rate=3.0)
-        said = user.run(*words, "--overwrite", code=1)
+        said = user.run(*words, code=1)
         assert "restart the workers" in " ".join(said.split())
 
 
 @pytest.mark.extended
-def test_tasks_of_the_job_array_make_one_store(
+def test_tasks_of_the_job_array_make_the_trajectories_together(
     tmp_path: Path, machine: Machine, digest: str
 ) -> None:
     recipe, runs = write_lag(tmp_path / "recipe"), tmp_path / "runs"
     for _ in range(2):
         machine.run("bash", EXAMPLES / "array.sh", recipe, runs, SLURM_CPUS_PER_TASK="1")
     assert generated(recipe, runs) == 0
-    assert store_digest(runs / "lag" / "data.zarr") == digest
+    assert folder_digest(runs / "lag" / "trajectories") == digest
 
 
 SBATCH = """
@@ -161,7 +161,7 @@ SCANCEL = 'kill -- -$(sed -n "$1p" "{folder}/jobs")'
 
 
 @pytest.mark.extended
-def test_jobs_that_slurm_starts_make_the_same_store(
+def test_jobs_that_slurm_starts_make_the_same_trajectories(
     tmp_path: Path, machine: Machine, digest: str
 ) -> None:
     """A program ``sbatch`` starts the jobs here that dask-jobqueue writes."""
@@ -170,7 +170,7 @@ def test_jobs_that_slurm_starts_make_the_same_store(
     machine.install("scancel", SCANCEL.format(folder=machine.folder))
     machine.run("python", EXAMPLES / "slurm.py", recipe, runs, "1")
     assert len((machine.folder / "jobs").read_text().split()) == 1
-    assert store_digest(runs / "lag" / "data.zarr") == digest
+    assert folder_digest(runs / "lag" / "trajectories") == digest
 
 
 def test_array_and_composition_name_what_there_is() -> None:

@@ -21,7 +21,7 @@ from tests.refusals import refused
 
 ROOT = Path(__file__).parents[2]
 DUFFING = ROOT / "fmus" / "duffing" / "duffing.fmu"
-HEAVY = ("torch", "exudyn", "zarr", "fmpy", "scipy", "matplotlib", "pydantic", "numpy")
+HEAVY = ("torch", "exudyn", "fmpy", "scipy", "matplotlib", "pydantic", "numpy")
 
 
 def names_for_type_checkers() -> dict[str, str]:

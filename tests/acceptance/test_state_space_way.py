@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.measures import percent
-from slide_fmu.data.store import open_store
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.run import run_fmu
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.reading import load_recipe
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke
 from tests.estimates import kept_estimates
+from tests.trajectories import read_split
 
 pytestmark = pytest.mark.extended
 
@@ -34,7 +35,8 @@ def test_state_space_run_learns_the_range_and_something_beyond(state_space: Fini
     for name, bound in LEARNT.items():
         output = state_space.figures["validation"][name]["outputs"][0]
         assert output["relative_rmse"] < bound, name
-    split = open_store(state_space.fmu.parent / "data.zarr").split("beyond").read()
+    recipe = load_recipe(state_space.recipe)
+    split = read_split(recipe, state_space.fmu.parent / "trajectories", "beyond")
     assert len(split.inputs) == 6
     assert np.max(np.abs(split.inputs)) > 1000  # the end of the range, N
 

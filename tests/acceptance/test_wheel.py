@@ -27,7 +27,7 @@ FORCE, STEPS = 200.0, 400
 
 ABSENT = """
 import importlib.util, json, shutil, sys
-names = ["torch", "exudyn", "zarr", "ziglang", "hatchling", "pip", "matplotlib", "pythonfmu"]
+names = ["torch", "exudyn", "ziglang", "hatchling", "pip", "matplotlib", "pythonfmu"]
 names += ["mbs_models"] + sys.argv[1:]
 found = [name for name in names if importlib.util.find_spec(name)]
 print(json.dumps(found + [c for c in ("cc", "gcc", "clang", "zig") if shutil.which(c)]))

@@ -2,9 +2,9 @@
 
     PYTHONPATH=. python tests/benchmarks/executors.py training/slider_crank.toml
 
-Each case makes the same trajectories in a store of its own, with workers that have made some
+Each case makes the same trajectories in a folder of its own, with workers that have made some
 before, so that starting them does not count; given are wall time in s and speed-up over one worker
-of the same kind. In the last case one of two workers is killed in the midst. All stores must have
+of the same kind. In the last case one of two workers is killed in the midst. All folders must have
 the same hash. On a machine that does other work the times say little.
 """
 
@@ -29,7 +29,7 @@ from slide_fmu.data.workplace import Workplace
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
-from tests.store_digest import store_digest
+from tests.folder_digest import folder_digest
 
 CASES = {
     "one process": (1, False, False),
@@ -40,7 +40,7 @@ CASES = {
 }
 """Number of workers, whether they are those of a cluster, whether one is killed."""
 WARM = 4
-"""So many trajectories of another store are made before."""
+"""So many trajectories of another folder are made before."""
 
 
 def with_trajectories(recipe: Recipe, count: int) -> Recipe:
@@ -71,11 +71,11 @@ def opened(workers: int, is_cluster: bool) -> Iterator[tuple[Executor | None, An
 
 
 def measure(recipe: Recipe, beside: Path, count: int, name: str, folder: Path) -> dict[str, Any]:
-    """Make the trajectories as a case does; return its time, and the hash of its store."""
+    """Make the trajectories as a case does; return its time, and the hash of its folder."""
     workers, is_cluster, is_killed = CASES[name]
     here = beside if is_cluster else None
     with opened(workers, is_cluster) as (executor, cluster):
-        warm = folder / "warm" / "data.zarr"
+        warm = folder / "warm" / "trajectories"
         generate(
             case_of(with_trajectories(recipe, WARM)),
             warm,
@@ -88,16 +88,21 @@ def measure(recipe: Recipe, beside: Path, count: int, name: str, folder: Path) -
             if is_killed and done == total // 2:
                 os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
 
-        begin, store = time.perf_counter(), folder / "made" / "data.zarr"
+        begin, made_here = time.perf_counter(), folder / "made" / "trajectories"
         made = generate(
             case_of(with_trajectories(recipe, count)),
-            store,
+            made_here,
             executor,
             kill_one,
             recipe_folder=here,
         )
         seconds = time.perf_counter() - begin
-    return {"workers": workers, "wall_time_s": seconds, "made": made, "hash": store_digest(store)}
+    return {
+        "workers": workers,
+        "wall_time_s": seconds,
+        "made": made,
+        "hash": folder_digest(made_here),
+    }
 
 
 def main() -> None:

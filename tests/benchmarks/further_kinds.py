@@ -4,7 +4,7 @@
 
 The bound of a released FMU is learnt twice with the networks that it has: once as its recipe says,
 once without ``bound.excitation``. Data are made again as the recipe says, or those of a run are
-taken (``--store runs/NAME/data.zarr``). Both bounds are measured
+taken (``--data runs/NAME/trajectories``). Both bounds are measured
 on the same fresh trajectories, in range and of the kinds that are held out, beside the finest
 reference model. Both are calibrated by the same trajectories.
 """
@@ -29,8 +29,7 @@ from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.data.unseen import unseen_motions
 from slide_fmu.excitation.mix import names_of
 from slide_fmu.fmu.export import read_fmu
@@ -40,6 +39,7 @@ from slide_fmu.recipe.recipe import FURTHER, Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.trust import TrustOutputs
 from tests.benchmarks.bound_measures import harm_of, output_bound
+from tests.trajectories import read_split
 
 PARTS = "bound", "calibration", FURTHER
 NETWORKS = ("train", "validation", "estimator", "estimator_validation", "companion")
@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("fmu", type=Path, help="FMU with an error bound, as its recipe says")
     parser.add_argument("--trajectories", type=int, default=60)
     parser.add_argument("--seed", type=int, default=FURTHER_KINDS)
-    parser.add_argument("--store", type=Path, help="trajectories of a run of its recipe")
+    parser.add_argument("--data", type=Path, help="trajectories of a run of its recipe")
 
     def measure(given: argparse.Namespace, stages: Stages) -> dict[str, Any]:
         surrogate, found = read_fmu(given.fmu)
@@ -68,8 +68,8 @@ def main() -> None:
         mixes = {"in range": recipe, "held out": recipe.with_held_out_kinds()}
         recipe.with_further_kinds()  # refused where there are none
         with tempfile.TemporaryDirectory() as folder:
-            store = given.store or _made(recipe, Path(folder), stages)
-            splits = [open_store(store).split(name).read(recipe.count(name)) for name in PARTS]
+            trajectories = given.data or _made(recipe, Path(folder), stages)
+            splits = [read_split(recipe, trajectories, name) for name in PARTS]
             bounds = {
                 "with further kinds": _learnt(surrogate, recipe, splits, Path(folder), stages),
                 "without": _learnt(surrogate, recipe, splits[:2], Path(folder), stages),
@@ -93,14 +93,14 @@ def main() -> None:
 
 def _made(recipe: Recipe, folder: Path, stages: Stages) -> Path:
     few = recipe.data.model_copy(update={**dict.fromkeys(NETWORKS, 1), "beyond": 0})
-    store = folder / "data.zarr"
+    trajectories = folder / "trajectories"
     generate(
         case_of(recipe.model_copy(update={"data": few})),
-        store,
+        trajectories,
         None,
         stages("trajectories"),
     )
-    return store
+    return trajectories
 
 
 def _learnt(

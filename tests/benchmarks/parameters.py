@@ -155,11 +155,11 @@ def learnt(recipe: Recipe, folder: Path, bar: Stages) -> tuple[Surrogate, float]
     recipe, place, seconds = wider(recipe), folder / "surrogate.slide", folder / "seconds.json"
     if not place.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        store = folder / "data.zarr"
+        trajectories = folder / "trajectories"
         with ThreadPoolExecutor(1) as pool:
-            generate(case_of(recipe), store, pool, bar("trajectories"))
+            generate(case_of(recipe), trajectories, pool, bar("trajectories"))
         begin = time.process_time()
-        fit = fit_surrogate(Work(case_of(recipe), store, folder / "states", bar))
+        fit = fit_surrogate(Work(case_of(recipe), trajectories, folder / "states", bar))
         seconds.write_text(json.dumps(time.process_time() - begin), encoding="utf-8")
         fit.surrogate.save(place)
     return Surrogate.from_bytes(place.read_bytes()), json.loads(seconds.read_text("utf-8"))

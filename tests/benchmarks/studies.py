@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.data.pool import in_parallel, process_pool
-from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.recipe.case import case_of
@@ -83,7 +83,7 @@ def trained(
     """Train what is not in ``trainings`` of the run folder yet; what is finished stays there.
 
     Args:
-        recipes: by title; all read the run folder's store.
+        recipes: by title; all read the run folder's trajectories.
         workers: trainings at the same time, one thread each. They slow each other down, and so
             take more CPU time.
 
@@ -119,12 +119,12 @@ def _train(recipe: Recipe, folder: RunFolder, progress: Stages) -> None:
     kept.parent.mkdir(exist_ok=True)
     begin = time.process_time()
     with tempfile.TemporaryDirectory() as checkpoints:  # earlier ones would cost nothing
-        work = Work(case_of(recipe), folder.store, Path(checkpoints), progress)
+        work = Work(case_of(recipe), folder.trajectories, Path(checkpoints), progress)
         fit = fit_surrogate(work)
     fit.surrogate.save(kept.with_suffix(".slide"))
     figures = {
         "training_cpu_seconds": time.process_time() - begin,
-        "motion": _motion(folder.store),
+        "motion": _motion(recipe, folder),
     }
     staged = kept.with_suffix(f".{os.getpid()}")
     write_figures(figures, str(staged))
@@ -138,17 +138,17 @@ def _finished(recipe: Recipe, folder: RunFolder) -> Trained:
 
 
 def _is_kept(folder: RunFolder, recipe: Recipe) -> bool:
-    """Whether this was trained before, on trajectories of the model that the store is of."""
+    """Whether this was trained before, on trajectories of the same model."""
     kept = _kept(folder, recipe)
     if not (kept.exists() and kept.with_suffix(".slide").exists()):
         return False
     figures = json.loads(kept.read_text(encoding="utf-8"))
-    return bool(figures["motion"] == _motion(folder.store))
+    return bool(figures["motion"] == _motion(recipe, folder))
 
 
-def _motion(store: Path) -> str:
+def _motion(recipe: Recipe, folder: RunFolder) -> str:
     """Digest of the first trajectory that is learnt from: it changes with the model."""
-    first = open_store(store).split("train").read(1)
+    first = Trajectories.of(case_of(recipe), folder.trajectories).read("train", 1)
     return hashlib.sha256(first.inputs.tobytes() + first.outputs.tobytes()).hexdigest()[:16]
 
 

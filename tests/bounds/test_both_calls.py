@@ -58,9 +58,9 @@ SLACK = 0.03
 def surrogate(tmp_path_factory: pytest.TempPathFactory) -> Surrogate:
     folder = tmp_path_factory.mktemp("calls")
     with ThreadPoolExecutor(1) as pool:
-        generate(case_of(RECIPE), folder / "store", pool, silent)
+        generate(case_of(RECIPE), folder / "trajectories", pool, silent)
     build_libraries()
-    work = Work(case_of(RECIPE), folder / "store", folder / "checkpoints", no_stages)
+    work = Work(case_of(RECIPE), folder / "trajectories", folder / "checkpoints", no_stages)
     return fit_surrogate(work).surrogate
 
 

@@ -20,8 +20,7 @@ from slide_fmu.bounds.fit import COMPANION, fit_surrogate
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.network import SURROGATE, Fit
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
@@ -35,6 +34,7 @@ from tests.fmu.samples import CellShape, Shape
 from tests.progress import no_stages, silent
 from tests.recipes import tiny_state_space_recipe, whole_recipe
 from tests.refusals import refused
+from tests.trajectories import read_split
 
 pytestmark = pytest.mark.extended
 
@@ -63,10 +63,10 @@ def bound_of(*, estimate_span: float | None = None, steps: int | None = None) ->
 
 
 def fitted(recipe: Recipe, folder: Path) -> Fit:
-    store = folder / "store"
+    trajectories = folder / "trajectories"
     with ThreadPoolExecutor(1) as pool:
-        generate(case_of(recipe), store, pool, silent)
-    return fit_surrogate(Work(case_of(recipe), store, folder / "checkpoints", no_stages))
+        generate(case_of(recipe), trajectories, pool, silent)
+    return fit_surrogate(Work(case_of(recipe), trajectories, folder / "checkpoints", no_stages))
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_training_that_goes_on_from_a_bounded_surrogate_keeps_network_and_compan
     """Each begins with its own weights: after two iterations, both are better than they were."""
     training = RECIPE.training.model_copy(update={"iterations": 2})
     recipe = RECIPE.model_copy(update={"training": training, "bound": bound_of(steps=100)})
-    work = Work(case_of(recipe), folder / "store", tmp_path, no_stages, fit.surrogate)
+    work = Work(case_of(recipe), folder / "trajectories", tmp_path, no_stages, fit.surrogate)
     again = fit_surrogate(work)
     for stage in (SURROGATE, COMPANION):
         errors = [min(found.histories[stage].validation_error) for found in (again, fit)]
@@ -141,8 +141,7 @@ def test_bounds_of_calibration_by_single_samples_are_those_of_split_conformal_pr
     assert RECIPE.bound is not None
     last = max(surrogate.window.n_in, surrogate.bound.filling_length)
     learnt, calibration = (
-        open_store(folder / "store").split(name).read(RECIPE.count(name))
-        for name in ("bound", "calibration")
+        read_split(RECIPE, folder / "trajectories", name) for name in ("bound", "calibration")
     )
     single = Split(
         calibration.inputs[:, : last + 1], calibration.outputs[:, : last + 2], calibration.kinds
@@ -203,7 +202,7 @@ def test_bound_covers_what_it_promises(
 ) -> None:
     """But for what chance does: to the trajectories here, and to those of the calibration."""
     surrogate = fit.surrogate
-    split = open_store(folder / "store").split("calibration").read()
+    split = read_split(RECIPE, folder / "trajectories", "calibration")
     known = errors_of(surrogate, split.inputs, split.outputs)
     spread = (known.errors <= bounds_of(surrogate, known, confidence)).mean(axis=(1, 2)).std()
     shares = (unseen.errors <= bounds_of(surrogate, unseen, confidence)).mean(axis=(1, 2))
@@ -240,7 +239,7 @@ def test_false_alarms_of_the_calibration_are_those_of_the_recipe(
     """A twentieth of them may come from the domain; fresh trajectories have about the same."""
     assert RECIPE.bound is not None
     surrogate, rate = replace(fit.surrogate, output_ranges=None), RECIPE.bound.false_alarms
-    split = open_store(folder / "store").split("calibration").read(RECIPE.count("calibration"))
+    split = read_split(RECIPE, folder / "trajectories", "calibration")
     for inputs, slack in ((split.inputs, 0.001), (unseen.inputs, 0.02)):
         trusted = np.stack([surrogate.trust(one).trusted()[unseen.filled] for one in inputs])
         inside = np.stack([surrogate.trust(one).in_domain[unseen.filled] for one in inputs])
@@ -360,7 +359,7 @@ def test_estimate_of_the_bound_is_about_the_error_of_its_span(
     fit: Fit, folder: Path, unseen: Unseen
 ) -> None:
     recipe = RECIPE.model_copy(update={"bound": bound_of(estimate_span=0.4)})
-    work = Work(case_of(recipe), folder / "store", folder / "checkpoints", no_stages)
+    work = Work(case_of(recipe), folder / "trajectories", folder / "checkpoints", no_stages)
     other = fit_surrogate(work).surrogate
     assert not fit.surrogate.estimates_errors
     assert np.array_equal(
@@ -397,7 +396,7 @@ def test_estimate_that_says_no_more_than_a_constant_is_left_out_with_a_remark(
     monkeypatch.setattr(fit_module, "useless_estimate", lambda *given: None)
     kept = fitted(recipe, folder).surrogate
     assert kept.estimates_errors
-    calibration = open_store(folder / "store").split("calibration").read()
+    calibration = read_split(RECIPE, folder / "trajectories", "calibration")
     assert useless_estimate(kept, calibration) == remark
     bounds = [bounds_of(one, unseen, 0.9) for one in (other.surrogate, kept)]
     np.testing.assert_allclose(*bounds, rtol=1e-6)
@@ -409,8 +408,7 @@ def test_networks_that_do_not_stay_bounded_are_named_with_the_part_of_the_data(
     assert isinstance(fit.surrogate.bound, ErrorBound)
     assert RECIPE.bound is not None
     learnt, calibration = (
-        open_store(folder / "store").split(name).read(RECIPE.count(name))
-        for name in ("bound", "calibration")
+        read_split(RECIPE, folder / "trajectories", name) for name in ("bound", "calibration")
     )
     wild = learnt.inputs.copy()
     wild[1, -1] = 1e300

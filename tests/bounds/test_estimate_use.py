@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from slide_fmu.bounds.estimate_use import known_predictions
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SHAPE = Shape(n_in=20, n_out=6, n_inputs=2, n_outputs=2, cell=CellShape(states=4, parameters=2))

@@ -19,7 +19,7 @@ from slide_fmu.bounds.estimator import (
 )
 from slide_fmu.core.scaling import Affine, LogError
 from slide_fmu.core.signals import Angle, FloatArray
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.director import COSINE, SINE, Director
 from slide_fmu.features.feature_map import FeatureMap

@@ -15,8 +15,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.network import FITS, Fit
 from slide_fmu.fitting.preparation import (
     Work,
@@ -39,6 +38,7 @@ from tests.recipes import (
     with_expert,
 )
 from tests.refusals import refused
+from tests.trajectories import read_split
 
 SMALL_ERROR = 1e-3
 """Relative RMSE after two seconds of training; the released recipe reaches 1e-5."""
@@ -72,8 +72,8 @@ g = lambda x, u, p: [x[0]]
 """A model with an input that moves."""
 
 
-def fitted(recipe: Recipe, store: Path, checkpoints: Path) -> Fit:
-    return fit_surrogate(Work(case_of(recipe), store, checkpoints, no_stages))
+def fitted(recipe: Recipe, trajectories: Path, checkpoints: Path) -> Fit:
+    return fit_surrogate(Work(case_of(recipe), trajectories, checkpoints, no_stages))
 
 
 @pytest.fixture(scope="module")
@@ -81,18 +81,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Holds the trajectories, and checkpoints after the first fit."""
     path = tmp_path_factory.mktemp("fit")
     with ThreadPoolExecutor(1) as pool:
-        generate(case_of(LEARNING), path / "store", pool, silent)
+        generate(case_of(LEARNING), path / "trajectories", pool, silent)
     return path
 
 
 @pytest.fixture(scope="module")
 def fit(folder: Path) -> Fit:
-    return fitted(LEARNING, folder / "store", folder / "checkpoints")
+    return fitted(LEARNING, folder / "trajectories", folder / "checkpoints")
 
 
 @pytest.mark.extended
 def test_short_fit_reaches_a_small_error(fit: Fit, folder: Path) -> None:
-    test = open_store(folder / "store").split("estimator_validation").read()
+    test = read_split(LEARNING, folder / "trajectories", "estimator_validation")
     window = fit.surrogate.window
     for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
         for predicted in (fit.surrogate.predict(inputs), fit.surrogate.predict_newest(inputs)):
@@ -115,22 +115,22 @@ def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> N
     assert remark is not None
     assert remark.startswith("the FMU has no error estimate, since it would say no more than a")
     alone = LEARNING.model_copy(update={"estimator": None})
-    other = fitted(alone, folder / "store", folder / "other")
+    other = fitted(alone, folder / "trajectories", folder / "other")
     assert other.surrogate.estimator is None
     assert other.histories == {"surrogate": fit.histories["surrogate"]}
-    inputs = open_store(folder / "store").split("estimator_validation").read().inputs[0]
+    inputs = read_split(LEARNING, folder / "trajectories", "estimator_validation").inputs[0]
     assert np.array_equal(other.surrogate.predict(inputs), fit.surrogate.predict(inputs))
 
 
 def test_finished_fit_is_found_again_and_another_recipe_is_not(fit: Fit, folder: Path) -> None:
-    again = fitted(LEARNING, folder / "store", folder / "checkpoints")
+    again = fitted(LEARNING, folder / "trajectories", folder / "checkpoints")
     assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()
     before = {path.name for path in (folder / "checkpoints").glob("*.pt")}
     assert len(before) == 2
     other = LEARNING.model_copy(
         update={"training": LEARNING.training.model_copy(update={"seed": 1, "steps": 5})}
     )
-    surrogate = fitted(other, folder / "store", folder / "checkpoints").surrogate
+    surrogate = fitted(other, folder / "trajectories", folder / "checkpoints").surrogate
     assert surrogate.to_bytes() != fit.surrogate.to_bytes()
     assert len({path.name for path in (folder / "checkpoints").glob("*.pt")} - before) == 2
 
@@ -145,7 +145,7 @@ def test_both_forms_of_the_network_fit(folder: Path, tmp_path: Path, time_invari
             "training": with_expert(LEARNING.training, flip_signs=True, steps=5),
         }
     )
-    surrogate = fitted(recipe, folder / "store", tmp_path).surrogate
+    surrogate = fitted(recipe, folder / "trajectories", tmp_path).surrogate
     assert (surrogate.network.n_values == 1) is time_invariant
     assert surrogate.network.n_samples == (41 if time_invariant else 48)
 
@@ -190,11 +190,11 @@ STATE_SPACE = state_space_recipe()
 
 @pytest.fixture(scope="module")
 def state_space(folder: Path) -> Fit:
-    return fitted(STATE_SPACE, folder / "store", folder / "state_space")
+    return fitted(STATE_SPACE, folder / "trajectories", folder / "state_space")
 
 
 def test_state_space_network_reaches_a_small_error(state_space: Fit, folder: Path) -> None:
-    test = open_store(folder / "store").split("estimator_validation").read()
+    test = read_split(LEARNING, folder / "trajectories", "estimator_validation")
     surrogate = state_space.surrogate
     for inputs, outputs in zip(test.inputs, test.outputs, strict=True):
         for predicted in (surrogate.predict(inputs), surrogate.predict_newest(inputs)):
@@ -218,10 +218,10 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
 ) -> None:
     content = state_space.surrogate.to_bytes()
     torch.manual_seed(99)
-    again = fitted(STATE_SPACE, folder / "store", tmp_path)
+    again = fitted(STATE_SPACE, folder / "trajectories", tmp_path)
     assert again.surrogate.to_bytes() == content
     assert again.histories == state_space.histories
-    other = fitted(state_space_recipe(seed=1), folder / "store", tmp_path)
+    other = fitted(state_space_recipe(seed=1), folder / "trajectories", tmp_path)
     assert other.surrogate.to_bytes() != content
     assert len(list(tmp_path.glob("*.pt"))) == 2
 
@@ -259,7 +259,7 @@ def test_trajectories_beyond_the_range_reach_the_fit(
     largest = inputs.abs().amax((1, 2))
     assert 1.2 < float(largest.min()) <= float(largest.max()) <= 2.0
     signal = case_of(STATE_SPACE).system.inputs[0]
-    split = open_store(tmp_path / "3").split("beyond").read()
+    split = read_split(recipe, tmp_path / "3", "beyond")
     assert np.allclose(signal.high * inputs.numpy(), split.inputs, rtol=SINGLE, atol=0)
 
 
@@ -269,7 +269,7 @@ def test_fit_tells_its_cpu_time_which_a_fit_that_is_found_again_keeps(
     seconds = fit.histories["surrogate"].cpu_seconds
     assert seconds is not None
     assert seconds > 0
-    again = fitted(LEARNING, folder / "store", folder / "checkpoints")
+    again = fitted(LEARNING, folder / "trajectories", folder / "checkpoints")
     kept = again.histories["surrogate"].cpu_seconds
     assert kept is not None
     assert seconds <= kept < seconds + 5
@@ -284,7 +284,9 @@ def test_surrogate_says_whether_inputs_jumped_in_the_training(tmp_path: Path, ju
     )
     (tmp_path / "model.py").write_text(JUMPING, encoding="utf-8")
     with ThreadPoolExecutor(1) as pool:
-        generate(case_of(recipe), tmp_path / "store", pool, silent)
-    forecast = fitted(recipe, tmp_path / "store", tmp_path / "checkpoints").surrogate.forecast
+        generate(case_of(recipe), tmp_path / "trajectories", pool, silent)
+    forecast = fitted(
+        recipe, tmp_path / "trajectories", tmp_path / "checkpoints"
+    ).surrogate.forecast
     assert forecast is not None
     assert forecast.jumps == jumps

@@ -15,7 +15,7 @@ WITHOUT = """
 import sys
 class Hidden:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("torch", "exudyn", "zarr"):
+        if name.partition(".")[0] in ("torch", "exudyn"):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 sys.meta_path.insert(0, Hidden())
 """
@@ -60,7 +60,7 @@ def test_what_needs_training_packages_names_the_extra_in_one_line(
     )
     assert done.returncode == 1
     assert done.stderr == (
-        f"error: the package 'zarr' is not installed; expected the extra 'train': {INSTALL}\n"
+        f"error: the package 'torch' is not installed; expected the extra 'train': {INSTALL}\n"
     )
 
 

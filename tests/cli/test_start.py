@@ -13,7 +13,7 @@ import slide_fmu
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
-HEAVY = ("numpy", "scipy", "matplotlib", "fmpy", "torch", "exudyn", "zarr", "rich.markdown")
+HEAVY = ("numpy", "scipy", "matplotlib", "fmpy", "torch", "exudyn", "rich.markdown")
 NAMES = [each.__name__.rstrip("_") for each in (*SUBCOMMANDS, *OF_APPS)]
 TO_COMPLETE = {
     "bash": {"COMP_WORDS": "slide-fmu {}", "COMP_CWORD": "1"},

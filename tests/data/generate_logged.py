@@ -1,6 +1,6 @@
 """Generate a recipe's data with the process pool; a program that tests can kill.
 
-Usage: generate_logged.py RECIPE.json STORE WORKERS
+Usage: generate_logged.py RECIPE.json FOLDER WORKERS
 """
 
 from __future__ import annotations

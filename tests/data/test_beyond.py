@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +10,9 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray, Signal, outside_of_range
 from slide_fmu.data.draws import STABILITY, Stream, draw, draw_inputs, split_stream
-from slide_fmu.data.errors import StoreError
-from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
-from slide_fmu.data.fingerprint import data_fingerprint, identity
+from slide_fmu.data.failures import Failure, is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.generation import generate
-from slide_fmu.data.origin import require_origin
-from slide_fmu.data.store import open_store
-from slide_fmu.data.store_preparation import forget_trajectories
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
@@ -28,6 +23,7 @@ from tests.data.failing_system import FailingSystem
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, TINY, tiny_recipe, tiny_state_space_recipe, whole_recipe
 from tests.refusals import refused
+from tests.trajectories import read_split
 
 OF_ESTIMATOR = "estimator", "estimator_validation"
 RANGES = (-4.53, 9.36), (-0.66, 5.42)
@@ -48,12 +44,17 @@ def recipe(fail: float = 9.0, beyond: int = 0, **estimator: Any) -> Recipe:
 
 
 def values(path: Path, wanted: Recipe) -> dict[tuple[str, int], FloatArray]:
-    """All inputs of a store by split and index."""
+    """All inputs of a recipe's trajectories by split and index."""
     return {
         (split, index): row
         for split in SPLITS
-        for index, row in enumerate(open_store(path).split(split).read(wanted.count(split)).inputs)
+        if wanted.count(split)
+        for index, row in enumerate(read_split(wanted, path, split).inputs)
     }
+
+
+def failures_of(wanted: Recipe, path: Path) -> list[Failure]:
+    return kept_failures(Trajectories.of(case_of(wanted), path))
 
 
 def test_an_estimator_stays_in_range_unless_it_is_asked_to_go_beyond() -> None:
@@ -145,10 +146,10 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     wanted = asked(1.0, in_range)
     generate(case_of(wanted), path, None, silent)
     assert all(np.abs(row).max() <= 1.0 for row in values(path, wanted).values())
-    failures = kept_failures(path)
+    failures = failures_of(wanted, path)
     assert failures
     assert all(is_beyond(wanted, failure.name) for failure in failures)
-    remark = remark_on_beyond(wanted, path)
+    remark = remark_on_beyond(case_of(wanted), path)
     assert remark is not None
     beyond = 3 + (4 if in_range else 8)
     assert remark.startswith(f"{beyond} of {beyond} trajectories beyond the ranges of the inputs")
@@ -156,7 +157,7 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     assert "lies outside of its range -1..1" in remark
     fine = asked(9.0, in_range)
     generate(case_of(fine), tmp_path / "fine" / "store", None, silent)
-    assert remark_on_beyond(fine, tmp_path / "fine" / "store") is None
+    assert remark_on_beyond(case_of(fine), tmp_path / "fine" / "store") is None
     largest = [np.abs(row).max() for key, row in values(tmp_path / "fine" / "store", fine).items()]
     assert sum(value > 1.0 for value in largest) == beyond
 
@@ -180,11 +181,8 @@ def test_failures_in_range_still_end_a_generation(tmp_path: Path) -> None:
 def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> None:
     path, beyond, within = tmp_path / "store", asked(1.2), recipe(1.2, 3)
     total = generate(case_of(beyond), path, None, silent)
-    before, failed = values(path, beyond), {failure.name for failure in kept_failures(path)}
+    before, failed = values(path, beyond), {one.name for one in failures_of(beyond, path)}
     assert failed
-    source = case_of(within).system
-    with refused(StoreError, "beyond_factor =", "which keeps the trajectories"):
-        require_origin(open_store(path), within, identity(source, within))
     assert (
         generate(case_of(within), path, None, silent) == 4 + 3 < total
     )  # others are as they were
@@ -192,51 +190,9 @@ def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> No
     changed = {key for key in before if not np.array_equal(before[key], after[key])}
     assert changed <= {(split, i) for split, i in before if split_stream(beyond, split, i).beyond}
     assert all(np.abs(after[key]).max() <= 1.0 for key in after if key[0] in OF_ESTIMATOR)
-    assert not [f for f in kept_failures(path) if f.split.startswith("estimator")]
+    assert not [f for f in failures_of(within, path) if f.split.startswith("estimator")]
     assert generate(case_of(within), path, None, silent) == 0
-    generate(case_of(beyond), path, None, silent)
+    assert generate(case_of(beyond), path, None, silent) == 0
     again = values(path, beyond)
     assert all(np.array_equal(before[key], again[key]) for key in before)
-    assert {failure.name for failure in kept_failures(path)} == failed
-
-
-def test_another_kind_of_draw_is_refused_as_before(tmp_path: Path) -> None:
-    generate(case_of(asked(1.2)), tmp_path / "store", None, silent)
-    tables = asked(1.2).model_dump(mode="json")
-    tables["data"]["seed"] += 1
-    with refused(StoreError, "data.seed = 7 there, 8", "--overwrite"):
-        generate(case_of(whole_recipe(tables)), tmp_path / "store", None, silent)
-    assert "beyond" not in (data_fingerprint(asked(1.2)).estimator or {})
-
-
-@pytest.mark.extended
-@pytest.mark.parametrize("name", ["inputs", "outputs", "done"])
-@pytest.mark.parametrize("lost", [True, False])
-def test_a_lost_or_damaged_trajectory_is_made_again_alone(
-    name: str, lost: bool, tmp_path: Path
-) -> None:
-    path, wanted = tmp_path / "store", recipe()
-    generate(case_of(wanted), path, None, silent)
-    before = values(path, wanted)
-    place = path / "train" / name / "c" / "2"
-    file = place if place.is_file() else next(f for f in place.rglob("*") if f.is_file())
-    if lost:
-        file.unlink()
-    else:
-        content = bytearray(file.read_bytes())
-        content[len(content) // 2] ^= 255
-        file.write_bytes(bytes(content))
-    assert generate(case_of(wanted), path, None, silent) == 1
-    after = values(path, wanted)
-    assert all(np.array_equal(before[key], after[key]) for key in before)
-
-
-def test_a_store_of_which_most_is_damaged_is_named(tmp_path: Path) -> None:
-    path, wanted = tmp_path / "store", recipe()
-    generate(case_of(wanted), path, None, silent)
-    for index in range(5):
-        shutil.rmtree(path / "estimator" / "outputs" / "c" / str(index))
-    with refused(StoreError, "'estimator' is damaged", "5 of 6 trajectories"):
-        generate(case_of(wanted), path, None, silent)
-    forget_trajectories(open_store(path), "estimator", range(5))
-    assert generate(case_of(wanted), path, None, silent) == 5
+    assert {one.name for one in failures_of(beyond, path)} == failed

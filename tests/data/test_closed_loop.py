@@ -14,6 +14,7 @@ from slide_fmu.data.closed_loop import ClosedLoop
 from slide_fmu.data.draws import Draw, draw, split_stream
 from slide_fmu.data.failures import kept_failures
 from slide_fmu.data.generation import generate
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -147,12 +148,12 @@ def test_loops_that_leave_the_range_are_counted_as_failures(tmp_path: Path) -> N
         loop={**MOVED, "mass": (mass, mass)},
         excitation=(steps,), duration=200.0, train=2, most_failures=1.0,
     )  # fmt: skip
-    store = tmp_path / "data.zarr"
+    store = tmp_path / "trajectories"
     with refused(SimulationError, "trajectories could not be simulated", "leaves its range"):
         generate(case_of(recipe), store, None, quiet)
-    failures = kept_failures(store)
+    failures = kept_failures(Trajectories.of(case_of(recipe), store))
     assert "in a loop with a mass of 5 kg, input 'place' leaves its range" in failures[0].error
-    assert (tmp_path / "failures" / f"{failures[0].name}.csv").exists()
+    assert list((tmp_path / "failures").glob(f"{failures[0].name}-*.csv"))
 
 
 def test_loop_that_fails_once_is_drawn_again_and_counted(
@@ -167,8 +168,9 @@ def test_loop_that_fails_once_is_drawn_again_and_counted(
         return drawn_inputs(self, *arguments)
 
     monkeypatch.setattr(ClosedLoop, "inputs", fails_once)
-    generate(case_of(recipe_of(train=3)), tmp_path / "data.zarr", None, quiet)
-    (failure,) = kept_failures(tmp_path / "data.zarr")
+    case = case_of(recipe_of(train=3))
+    generate(case, tmp_path / "trajectories", None, quiet)
+    (failure,) = kept_failures(Trajectories.of(case, tmp_path / "trajectories"))
     assert (failure.attempt, failure.error) == (0, "the loop left its range")
     assert len(calls) == 5  # of three trajectories and one for validation
 

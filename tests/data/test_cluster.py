@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster make the same store, whatever happens to them."""
+"""Workers of a Dask cluster make the same trajectories, whatever happens to them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,7 @@ import pytest
 from slide_fmu.data import cluster as cluster_module
 from slide_fmu.data import worker
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
-from slide_fmu.data.errors import StoreError
-from slide_fmu.data.fingerprint import identity
-from slide_fmu.data.store import open_store
-from slide_fmu.data.store_preparation import prepared_store
+from slide_fmu.data.model_answers import identity, model_key
 from slide_fmu.data.worker import Order, make_ordered
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.recipe.case import case_of
@@ -32,12 +29,12 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.errors import SimulationError
 from tests.data.logging_system import LOG
 from tests.data.test_failures import failing
-from tests.data.test_generation import LONG, PROBED, SMALL, identities, wait_until
+from tests.data.test_generation import LONG, PROBED, SMALL, identities, made_in, wait_until
+from tests.folder_digest import folder_digest
 from tests.limits import HANGS
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
 from tests.refusals import refused
-from tests.store_digest import store_digest
 
 Program = subprocess.Popen[bytes]
 
@@ -96,7 +93,7 @@ def test_records_are_not_made_elsewhere(tmp_path: Path) -> None:
     file = write_record(tmp_path / "bench.csv")
     records = parse_open_recipe(RECIPE.replace("bench.csv", str(file)), "bench.toml").guess
     with refused(RecipeError, "is of records", "no --executor"):
-        Workplace(executor=NOBODY).make(case_of(records), None, tmp_path / "data.zarr", silent)
+        Workplace(executor=NOBODY).make(case_of(records), None, tmp_path / "trajectories", silent)
 
 
 def test_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,13 +115,12 @@ def test_scheduler_that_is_not_there_is_told_in_a_bounded_time(
     assert time.monotonic() - begin < 30.0
 
 
-def order_of(folder: Path, probe_factor: float) -> Order:
-    """An order for workers elsewhere, in whose store a motion may be that of another model."""
-    recipe, store = SMALL, folder / "data.zarr"
+def order_of(folder: Path, factor: float) -> Order:
+    """An order for workers elsewhere; the model may have answered otherwise where it was made."""
+    recipe, trajectories = SMALL, folder / "trajectories"
     case = case_of(recipe)
-    shapes = {"inputs": (128, 1), "outputs": (129, 1)}
-    prepared_store(store, recipe, shapes, probe_factor * identity(case.source, recipe))
-    return Order(pickle.dumps(case), str(store), str(folder))
+    model = model_key(trajectories, factor * identity(case.source, recipe))
+    return Order(pickle.dumps(case), str(trajectories), model, str(folder))
 
 
 def test_worker_with_another_model_makes_nothing(
@@ -133,7 +129,7 @@ def test_worker_with_another_model_makes_nothing(
     monkeypatch.setattr(sys, "path", list(sys.path))
     same, other = (order_of(tmp_path / name, f) for name, f in (("a", 1.0), ("b", 1.1)))
     assert make_ordered(same, (("train", 0),)).made == 1
-    with refused(StoreError, "the worker on", "simulates another motion than"):
+    with refused(ClusterError, "the worker on", "simulates another motion than"):
         make_ordered(other, (("train", 0),))
 
 
@@ -141,8 +137,9 @@ def test_worker_that_does_not_see_the_disk_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker, "APPEARS", 0.0)
-    order = Order(pickle.dumps(case_of(SMALL)), str(tmp_path / "data.zarr"), str(tmp_path))
-    with refused(StoreError, "does not see", "data.zarr'; expected a disk"):
+    place = str(tmp_path / "trajectories")
+    order = Order(pickle.dumps(case_of(SMALL)), place, "model", str(tmp_path))
+    with refused(ClusterError, "does not see", "trajectories'; expected a disk"):
         make_ordered(order, (("train", 0),))
 
 
@@ -150,7 +147,7 @@ def test_worker_that_does_not_see_the_disk_says_so(
 def test_mistake_in_a_worker_is_told_here(tmp_path: Path, scheduler: Any) -> None:
     with refused(SimulationError, "1 may fail", "be simulated"):
         Workplace(executor=address_of(scheduler)).make(
-            case_of(failing(0.02, fail=0.9)), None, tmp_path / "data.zarr", silent
+            case_of(failing(0.02, fail=0.9)), None, tmp_path / "trajectories", silent
         )
 
 
@@ -168,16 +165,16 @@ def test_killed_worker_repeats_nothing_that_was_finished(
             os.kill(killed[0], signal.SIGKILL)
             at_kill.append(len(logged(log_folder)))
 
-    store = tmp_path / "cluster" / "data.zarr"
-    Workplace(executor=address_of(scheduler)).make(case_of(LONG), None, store, kill_in_the_midst)
+    folder = tmp_path / "cluster" / "trajectories"
+    Workplace(executor=address_of(scheduler)).make(case_of(LONG), None, folder, kill_in_the_midst)
     assert killed
     lines = logged(log_folder)
     assert 20 <= at_kill[0] < 60
     assert set(lines) == set(identities().values())
     assert len(lines) - len(set(lines)) <= 1  # what it simulated when it was killed
 
-    Workplace(2).make(case_of(LONG), None, tmp_path / "pool" / "data.zarr", silent)
-    assert store_digest(store) == store_digest(tmp_path / "pool" / "data.zarr")
+    Workplace(2).make(case_of(LONG), None, tmp_path / "pool" / "trajectories", silent)
+    assert folder_digest(folder) == folder_digest(tmp_path / "pool" / "trajectories")
 
 
 @pytest.mark.extended
@@ -187,7 +184,7 @@ def test_model_that_ends_its_workers_is_told(
     monkeypatch.setattr(cluster_module, "ALONE", 20.0)  # a busy machine may not start them again
     with refused(ClusterError, "workers", "a model that does not end its process"):
         Workplace(executor=address_of(scheduler)).make(
-            case_of(failing(crash=0.99)), None, tmp_path / "data.zarr", silent
+            case_of(failing(crash=0.99)), None, tmp_path / "trajectories", silent
         )
 
 
@@ -204,9 +201,9 @@ def test_scheduler_that_dies_ends_the_work_with_a_message(
 
         with refused(ClusterError, "the connection", "again"):
             Workplace(executor=address).make(
-                case_of(LONG), None, tmp_path / "data.zarr", kill_scheduler
+                case_of(LONG), None, tmp_path / "trajectories", kill_scheduler
             )
-    assert len(open_store(tmp_path / "data.zarr").split("train").missing()) <= 55
+    assert len(made_in(tmp_path / "trajectories").missing()) <= 65
 
 
 @pytest.mark.extended
@@ -222,9 +219,9 @@ def test_workers_that_all_went_are_told(tmp_path: Path, monkeypatch: pytest.Monk
 
         with refused(ClusterError, "none came within 2 s", "start workers", "stay there"):
             Workplace(executor=address).make(
-                case_of(LONG), None, tmp_path / "data.zarr", kill_worker
+                case_of(LONG), None, tmp_path / "trajectories", kill_worker
             )
-    assert len(open_store(tmp_path / "data.zarr").split("train").missing()) <= 55
+    assert len(made_in(tmp_path / "trajectories").missing()) <= 65
 
 
 @contextmanager

@@ -11,19 +11,18 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.result_cache import DamagedFileError
-from slide_fmu.data import generation
+from slide_fmu.data import trajectories
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
     allowed_failures,
     failures_folder,
     kept_failures,
-    remove_failures,
 )
-from slide_fmu.data.fingerprint import identity
 from slide_fmu.data.generation import generate
+from slide_fmu.data.model_answers import identity
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import Split, Trajectories
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -53,22 +52,34 @@ def failing(most_failures: float = 0.5, **parameters: float) -> Recipe:
 
 def made(recipe: Recipe, path: Path, executor: Executor | None = None) -> list[Failure]:
     generate(case_of(recipe), path, executor or Inline(), silent)
-    return kept_failures(path)
+    return failures_of(recipe, path)
+
+
+def failures_of(recipe: Recipe, path: Path) -> list[Failure]:
+    return kept_failures(Trajectories.of(case_of(recipe), path))
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A recipe some of whose trajectories failed, where its store is, and these failures."""
+    """A recipe some of whose trajectories failed, where these are, and these failures."""
 
     recipe: Recipe
     store: Path
     failures: list[Failure]
+
+    def inputs(self, failure: Failure) -> Path:
+        (path,) = failures_folder(self.store).glob(f"{failure.name}-*.csv")
+        return path
 
 
 @pytest.fixture(scope="module")
 def failed(tmp_path_factory: pytest.TempPathFactory) -> Failed:
     recipe, store = failing(fail=LEVEL), tmp_path_factory.mktemp("failed") / "store"
     return Failed(recipe, store, made(recipe, store))
+
+
+def read(recipe: Recipe, path: Path, split: str = "train") -> Split:
+    return Trajectories.of(case_of(recipe), path).read(split)
 
 
 def failed_first(recipe: Recipe, level: float) -> list[int]:
@@ -84,7 +95,7 @@ def test_another_draw_takes_the_place_of_one_that_fails(failed: Failed) -> None:
     wanted = failed_first(recipe, LEVEL)
     assert 0 < len(wanted) < TRAIN
     assert sorted({f.index for f in failures if f.split == "train"}) == wanted
-    split, system = open_store(failed.store).split("train").read(), case_of(recipe).system
+    split, system = read(recipe, failed.store), case_of(recipe).system
     for index in range(TRAIN):
         attempt = len([f for f in failures if f.split == "train" and f.index == index])
         drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
@@ -100,9 +111,7 @@ def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
         together = made(recipe, tmp_path / "together" / "store", pool)
     assert alone == together
     for name in ("train", "validation"):
-        one, other = (
-            open_store(tmp_path / f / "store").split(name).read() for f in ("alone", "together")
-        )
+        one, other = (read(recipe, tmp_path / f / "store", name) for f in ("alone", "together"))
         np.testing.assert_array_equal(one.inputs, other.inputs)
 
 
@@ -110,7 +119,7 @@ def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: Fa
     recipe, failure = failed.recipe, failed.failures[0]
     assert failure.time_s is not None
     assert failure.error == f"no solution at t = {failure.time_s:g} s"
-    path = failures_folder(failed.store) / f"{failure.name}.csv"
+    path = failed.inputs(failure)
     assert path.read_text().splitlines()[0] == "time,force"
     table = np.loadtxt(path, delimiter=",", skiprows=1)
     stream = split_stream(recipe, failure.split, failure.index)
@@ -122,7 +131,7 @@ def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: Fa
 
 def test_inputs_that_failed_can_drive_a_recipe(failed: Failed) -> None:
     failure = failed.failures[0]
-    path = failures_folder(failed.store) / f"{failure.name}.csv"
+    path = failed.inputs(failure)
     values = failed.recipe.model_dump(mode="json")
     values["data"]["excitation"] = [{"kind": "file", "weight": 1.0, "path": str(path)}]
     recipe = whole_recipe(values)
@@ -134,9 +143,10 @@ def test_inputs_that_failed_can_drive_a_recipe(failed: Failed) -> None:
 
 
 def test_an_output_that_is_no_number_is_a_failure(tmp_path: Path) -> None:
-    failures = made(failing(broken=0.97), tmp_path / "store")
+    recipe = failing(broken=0.97)
+    failures = made(recipe, tmp_path / "store")
     assert "output 'position' = nan m in sample " in failures[0].error
-    assert np.isfinite(open_store(tmp_path / "store").split("train").read().outputs).all()
+    assert np.isfinite(read(recipe, tmp_path / "store").outputs).all()
 
 
 def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) -> None:
@@ -147,10 +157,10 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
     )
     with pytest.raises(SimulationError, match=expected):
         made(recipe, tmp_path / "store")
-    before = len(kept_failures(tmp_path / "store"))
+    before = len(failures_of(recipe, tmp_path / "store"))
     more = failing(0.9, fail=0.9)  # allowed more, it goes on where it was
     assert len(made(more, tmp_path / "store")) > before
-    assert len(open_store(tmp_path / "store").split("train").read().inputs) == TRAIN
+    assert len(read(more, tmp_path / "store").inputs) == TRAIN
 
 
 @pytest.mark.extended
@@ -162,12 +172,12 @@ def test_a_corrected_model_is_simulated_again_where_the_former_one_failed(
         with refused(SimulationError, "trajectories could not be simulated"):
             made(recipe, store)
     known = identity(case_of(recipe).source, recipe)  # a change elsewhere does not show in it
-    monkeypatch.setattr(generation, "identity", lambda *_: known)
+    monkeypatch.setattr(trajectories, "identity", lambda *_: known)
     monkeypatch.setattr(
         FailingSystem, "simulate", lambda _, inputs: np.vstack([inputs[:1], inputs])
     )
     assert made(recipe, store) == []
-    assert len(open_store(store).split("train").read().inputs) == TRAIN
+    assert len(read(recipe, store).inputs) == TRAIN
 
 
 def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
@@ -176,18 +186,17 @@ def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
         made(recipe, tmp_path / "store")
 
 
-def test_a_damaged_file_of_a_failure_is_named(tmp_path: Path) -> None:
-    (tmp_path / "failures").mkdir()
-    (tmp_path / "failures" / "train_0_0.json").write_text('{"split": "train"', encoding="utf-8")
-    with refused(DamagedFileError, "train_0_0.json is damaged", "remove it"):
-        kept_failures(tmp_path / "store")
+def test_a_damaged_file_of_a_failure_is_named(failed: Failed, tmp_path: Path) -> None:
+    shutil.copytree(failures_folder(failed.store), tmp_path / "failures")
+    path = next((tmp_path / "failures").glob("*.json"))
+    path.write_text('{"split": "train"', encoding="utf-8")
+    with refused(DamagedFileError, f"{path.name} is damaged", "remove it"):
+        failures_of(failed.recipe, tmp_path / "store")
 
 
-def test_a_removed_store_takes_its_failures_along(failed: Failed, tmp_path: Path) -> None:
-    shutil.copytree(failures_folder(failed.store), failures_folder(tmp_path / "store"))
-    assert kept_failures(tmp_path / "store") == failed.failures
-    remove_failures(tmp_path / "store")
-    assert kept_failures(tmp_path / "store") == []
+def test_failures_of_other_values_do_not_count(failed: Failed) -> None:
+    assert failures_of(failing(fail=LEVEL), failed.store) == failed.failures
+    assert failures_of(failing(fail=2.0), failed.store) == []
 
 
 @pytest.mark.extended

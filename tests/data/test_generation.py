@@ -11,26 +11,25 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slide_fmu.data.draws import draw, probe_draws, simulate_draw, split_stream
-from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.data import generate_logged
 from tests.data.logging_system import LOG, identity
+from tests.folder_digest import folder_digest
 from tests.limits import HANGS
 from tests.own_models.quarter_car import build_in_c
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, whole_recipe
-from tests.refusals import refused
 
 WORKERS = 2
 
@@ -56,10 +55,13 @@ class Inline(Executor):
 
 
 def assert_complete(recipe: Recipe, path: Path) -> None:
-    """The store holds what each trajectory gives when it is made alone."""
-    system = case_of(recipe).system
+    """Check that a folder holds what each trajectory gives when it is made alone."""
+    case = case_of(recipe)
+    trajectories, system = Trajectories.of(case, path), case.system
     for name in SPLITS:
-        split = open_store(path).split(name).read()
+        if not recipe.count(name):
+            continue
+        split = trajectories.read(name)
         assert len(split.inputs) == recipe.count(name)
         for index in range(len(split.inputs)):
             drawn = draw(recipe, system, split_stream(recipe, name, index), index)
@@ -129,7 +131,7 @@ def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
     path = tmp_path / "s"
     with ThreadPoolExecutor(1) as pool, pytest.raises(Enough):
         generate(case_of(SMALL), path, pool, until_five)
-    left = sum(len(open_store(path).split(split).missing()) for split in SPLITS)
+    left = len(Trajectories.of(case_of(SMALL), path).missing())
     assert 0 < left <= 9
     calls: list[tuple[int, int]] = []
     generate(case_of(SMALL), path, Inline(), lambda *numbers: calls.append(numbers))
@@ -139,10 +141,12 @@ def test_broken_generation_goes_on_where_it_was(tmp_path: Path) -> None:
     assert calls[-1] == (14, 14)
 
 
-def test_store_of_another_recipe_is_refused(tmp_path: Path) -> None:
-    generate(case_of(SMALL), tmp_path / "s", Inline(), silent)
-    with refused(StoreError, "data.seed"):
-        generate(case_of(SMALL_OTHER_SEED), tmp_path / "s", Inline(), silent)
+def test_recipes_of_other_values_share_a_folder(tmp_path: Path) -> None:
+    for recipe in (SMALL, SMALL_OTHER_SEED):
+        assert generate(case_of(recipe), tmp_path / "s", None, silent) == 14
+    for recipe in (SMALL, SMALL_OTHER_SEED):
+        assert generate(case_of(recipe), tmp_path / "s", None, silent) == 0
+        assert_complete(recipe, tmp_path / "s")
 
 
 def probed() -> str:
@@ -161,8 +165,8 @@ class Scene:
     name: str = "log"
 
     @property
-    def store(self) -> Path:
-        return self.folder / "store"
+    def trajectories(self) -> Path:
+        return self.folder / "trajectories"
 
     @property
     def log(self) -> Path:
@@ -178,7 +182,7 @@ class Scene:
         recipe.write_text(LONG.model_dump_json())
         script = generate_logged.__name__
         return subprocess.Popen(
-            [sys.executable, "-m", script, str(recipe), str(self.store), str(WORKERS)],
+            [sys.executable, "-m", script, str(recipe), str(self.trajectories), str(WORKERS)],
             cwd=Path(__file__).parents[2],
             env={**os.environ, LOG: str(self.log)},
             stderr=subprocess.DEVNULL,  # of the processes that lose their parent
@@ -197,10 +201,8 @@ class Scene:
         return found
 
     def done(self) -> set[str]:
-        """Identities of the trajectories that the store holds."""
-        if not self.store.exists():
-            return set()
-        missing = {(s, i) for s in SPLITS for i in open_store(self.store).split(s).missing()}
+        """Identities of the trajectories that are there."""
+        missing = set(made_in(self.trajectories).missing())
         return {name for key, name in identities().items() if key not in missing}
 
 
@@ -210,6 +212,13 @@ def scene(tmp_path: Path) -> Iterator[Scene]:
     yield scene
     for process in scene.processes():  # of a test that failed
         os.kill(process, signal.SIGKILL)
+
+
+def made_in(folder: Path) -> Trajectories:
+    """The long recipe's trajectories; its model logs what it is simulated on."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(LOG, os.devnull)
+        return Trajectories.of(case_of(LONG), folder)
 
 
 def identities() -> dict[tuple[str, int], str]:
@@ -272,7 +281,31 @@ def test_killed_generation_repeats_nothing_that_was_done(
     monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
     generate(case_of(LONG), unbroken, Inline(), silent)
     for name in SPLITS:
-        broken, whole = (open_store(path).split(name).read() for path in (scene.store, unbroken))
+        if not LONG.count(name):
+            continue
+        broken, whole = (made_in(path).read(name) for path in (scene.trajectories, unbroken))
         assert np.array_equal(broken.inputs, whole.inputs)
         assert np.array_equal(broken.outputs, whole.outputs)
         assert np.array_equal(broken.kinds, whole.kinds)
+
+
+@pytest.mark.extended
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for workers in /proc")
+@pytest.mark.parametrize("killed", [False, True])
+def test_two_programs_share_the_work_of_one_folder_also_where_one_is_killed(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, killed: bool
+) -> None:
+    """They log into files of their own. Some trajectories may be made twice, none is missing."""
+    other = replace(scene, name="other")
+    processes = [scene.start(), other.start()]
+    if killed:
+        wait_until(lambda: len(scene.lines()) >= 5, "no simulations")
+        kill(processes.pop(0))
+    assert [process.wait(HANGS) for process in processes] == [0] * len(processes)
+    lines = scene.lines(), other.lines()
+    assert min(map(len, lines)) >= 5
+    assert set(lines[0]) | set(lines[1]) == set(identities().values())
+    assert len(lines[0]) + len(lines[1]) < 1.5 * len(identities())
+    monkeypatch.setenv(LOG, str(scene.folder / "unbroken_log"))
+    generate(case_of(LONG), scene.folder / "unbroken", None, silent)
+    assert folder_digest(scene.trajectories) == folder_digest(scene.folder / "unbroken")

@@ -12,8 +12,9 @@ from slide_fmu.core.progress import quiet
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.data.closed_loop import ClosedLoop
 from slide_fmu.data.failures import kept_failures
-from slide_fmu.data.fingerprint import identity, same_motion
 from slide_fmu.data.generation import generate
+from slide_fmu.data.model_answers import identity, same_motion
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
@@ -105,18 +106,18 @@ def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:
     first, again = drawn(case, 0).inputs, drawn(case, 0).inputs
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, drawn(case, 1).inputs)
-    generate(case, tmp_path / "data.zarr", None, quiet)
-    assert kept_failures(tmp_path / "data.zarr") == []
+    generate(case, tmp_path / "trajectories", None, quiet)
+    assert kept_failures(Trajectories.of(case, tmp_path / "trajectories")) == []
 
 
 @pytest.mark.extended
 def test_partner_that_drives_its_input_on_is_left_out_and_counted(tmp_path: Path) -> None:
     loop = {**body(tmp_path), "ranges": {"sign": (-1.0, -1.0), "k": (100.0, 100.0)}}
-    case, store = case_of(recipe_of(loop=loop, most_failures=1.0)), tmp_path / "data.zarr"
+    case, store = case_of(recipe_of(loop=loop, most_failures=1.0)), tmp_path / "trajectories"
     words = ["model", "leaves its range", "1000 times smaller", "correct the sign"]
     with refused(SimulationError, *words):
         generate(case, store, None, quiet)
-    assert len(kept_failures(store)) > 1
+    assert len(kept_failures(Trajectories.of(case, store))) > 1
 
 
 def test_change_of_a_partner_is_a_change_of_the_data(tmp_path: Path) -> None:

@@ -9,16 +9,13 @@ import numpy as np
 import pytest
 
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw, split_stream
-from slide_fmu.data.errors import StoreError
 from slide_fmu.data.generation import generate
-from slide_fmu.data.origin import require_origin
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.progress import silent
 from tests.recipes import tiny_recipe, tiny_state_space_recipe
-from tests.refusals import refused
 
 TABLES: dict[str, Any] = {
     "mass": {"range": [1.0, 4.0], "unit": "kg", "transform": "log"},
@@ -79,12 +76,12 @@ def test_recipe_without_parameters_draws_none() -> None:
     assert drawn_parameters(plain, split_stream(plain, "train", 0), 0) == {}
 
 
-def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
+def test_files_keep_the_values_with_the_motions_of_systems_that_have_them(
     tmp_path: Path,
 ) -> None:
-    table, store = recipe(), tmp_path / "data.zarr"
-    assert generate(case_of(table), store, None, silent) == 6
-    split = open_store(store).split("train").read(4)
+    table, folder = recipe(), tmp_path / "trajectories"
+    assert generate(case_of(table), folder, None, silent) == 6
+    split = Trajectories.of(case_of(table), folder).read("train")
     assert split.parameters is not None
     assert split.parameters.shape == (4, 2)
     for index, row in enumerate(split.parameters.tolist()):
@@ -94,30 +91,20 @@ def test_store_keeps_the_values_with_the_motions_of_systems_that_have_them(
         system = case_of(table.at(given)).system
         expected = simulate_draw(system, draw(table, system, stream, index))
         assert np.array_equal(split.outputs[index], expected.outputs)
-    assert generate(case_of(table), store, None, silent) == 0
+    assert generate(case_of(table), folder, None, silent) == 0
 
 
-def test_store_of_a_recipe_without_parameters_has_none(tmp_path: Path) -> None:
-    table, store = tiny_recipe(), tmp_path / "data.zarr"
-    generate(case_of(table), store, None, silent)
-    assert open_store(store).split("train").read(4).parameters is None
+def test_trajectories_of_a_recipe_without_parameters_have_none(tmp_path: Path) -> None:
+    table, folder = tiny_recipe(), tmp_path / "trajectories"
+    generate(case_of(table), folder, None, silent)
+    assert Trajectories.of(case_of(table), folder).read("train").parameters is None
 
 
-def test_store_of_other_ranges_is_refused(tmp_path: Path) -> None:
-    store = tmp_path / "data.zarr"
-    generate(case_of(recipe()), store, None, silent)
+def test_other_ranges_have_other_trajectories(tmp_path: Path) -> None:
+    table, folder = recipe(), tmp_path / "trajectories"
+    generate(case_of(table), folder, None, silent)
     wider = recipe(parameters={"mass": {**TABLES["mass"], "range": [1.0, 5.0]}})
-    with refused(StoreError, "parameters.mass.range = [1.0, 4.0] there"):
-        require_origin(open_store(store), wider, np.zeros((1, 1)))
     fixed = recipe().at({"mass": 2.0, "stiffness": 1300.0})
-    with refused(StoreError, "parameters"):
-        require_origin(open_store(store), fixed, np.zeros((1, 1)))
-
-
-def test_lost_values_are_reported(tmp_path: Path) -> None:
-    store = tmp_path / "data.zarr"
-    generate(case_of(recipe()), store, None, silent)
-    lost = next((store / "train" / "parameters").rglob("c/1/0"))
-    lost.unlink()
-    with refused(StoreError, "trajectory 1 is not whole"):
-        open_store(store).split("train").read(4)
+    for other in (wider, fixed):
+        assert len(Trajectories.of(case_of(other), folder).missing()) == 6
+    assert Trajectories.of(case_of(table), folder).missing() == []

@@ -13,7 +13,7 @@ from slide_fmu.data.draws import BEYOND_ATTEMPTS, split_stream
 from slide_fmu.data.failures import is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.generation import generate
 from slide_fmu.data.parameter_draws import drawn_parameters
-from slide_fmu.data.store import open_store
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.propose.trial import open_trial, try_recipe
 from slide_fmu.recipe.case import case_of
@@ -68,8 +68,8 @@ order = 1
     return path
 
 
-def gains(path: Path, split: str = "train") -> FloatArray:
-    found = open_store(path).split(split).read().parameters
+def gains(recipe: Recipe, path: Path, split: str = "train") -> FloatArray:
+    found = Trajectories.of(case_of(recipe), path).read(split).parameters
     assert found is not None
     return found[:, 0]
 
@@ -82,8 +82,8 @@ def parsed(path: Path) -> Recipe:
 def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
     recipe, store = parsed(lag(tmp_path)), tmp_path / "run" / "store"
     assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
-    assert kept_failures(store) == []
-    assert 1.8 < gains(store).max() <= 2.0
+    assert kept_failures(Trajectories.of(case_of(recipe), store)) == []
+    assert 1.8 < gains(recipe, store).max() <= 2.0
 
 
 @pytest.mark.extended
@@ -96,14 +96,14 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
     lost = {index for index, value in enumerate(asked) if value > 2.0}
     assert lost
     assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
-    failures, made = kept_failures(store), gains(store)
+    failures, made = kept_failures(Trajectories.of(case_of(recipe), store)), gains(recipe, store)
     assert {failure.index for failure in failures} == lost
     assert len(failures) == BEYOND_ATTEMPTS * len(lost)
     assert all(is_beyond(recipe, failure.name) for failure in failures)
     assert all(f"(with gain = {asked[one.index]:g})" in one.error for one in failures)
     assert all((made[index] == asked[index]) == (index not in lost) for index in range(TRAIN))
     assert made.max() <= 2.0
-    remark = remark_on_beyond(recipe, store)
+    remark = remark_on_beyond(case_of(recipe), store)
     assert remark is not None
     assert remark.startswith(f"{len(lost)} trajectories with values beyond the ranges of the par")
     assert "parameters.gain.beyond asks for" in remark
@@ -114,9 +114,9 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
 def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -> None:
     recipe = parsed(lag(tmp_path, 3.0, "beyond = 0.2"))
     generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
-    assert gains(tmp_path / "run" / "store").max() > 2.0
-    assert gains(tmp_path / "run" / "store", "validation").max() <= 2.0
-    assert remark_on_beyond(recipe, tmp_path / "run" / "store") is None
+    assert gains(recipe, tmp_path / "run" / "store").max() > 2.0
+    assert gains(recipe, tmp_path / "run" / "store", "validation").max() <= 2.0
+    assert remark_on_beyond(case_of(recipe), tmp_path / "run" / "store") is None
 
 
 def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path: Path) -> None:
@@ -128,9 +128,8 @@ def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path:
     expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
     with pytest.raises(SimulationError, match=expected):
         generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
-    assert all(
-        not is_beyond(recipe, one.name) for one in kept_failures(tmp_path / "run" / "store")
-    )
+    failures = kept_failures(Trajectories.of(case_of(recipe), tmp_path / "run" / "store"))
+    assert not any(is_beyond(recipe, one.name) for one in failures)
 
 
 @pytest.mark.extended

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw, probe, probe_draws
-from slide_fmu.data.fingerprint import identity, same_motion
+from slide_fmu.data.model_answers import identity, same_motion
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.window import Window
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting import feature_search

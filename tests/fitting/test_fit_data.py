@@ -14,8 +14,7 @@ import torch
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split, StoredSplit
+from slide_fmu.data.trajectories import Split, Trajectories
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting import checkpoint
 from slide_fmu.fitting import preparation as module
@@ -26,6 +25,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from tests.progress import no_stages, silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe, with_expert
+from tests.trajectories import read_split
 
 FEED_FORWARD = tiny_recipe(
     data={"estimator": 2, "estimator_validation": 1}, training={"steps": 2}, estimator=ESTIMATOR
@@ -34,8 +34,8 @@ STATE_SPACE = tiny_state_space_recipe(data=FEED_FORWARD.data.model_dump(mode="js
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("data") / "store"
+def trajectories(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("data") / "trajectories"
     with ThreadPoolExecutor(1) as pool:
         generate(case_of(FEED_FORWARD), path, pool, silent)
     return path
@@ -45,7 +45,7 @@ class Reached(Exception):
     """The fit has come as far as its problem."""
 
 
-def problem_of(recipe: Recipe, store: Path) -> Problem:
+def problem_of(recipe: Recipe, trajectories: Path) -> Problem:
     """The problem that a fit hands to its network family."""
 
     def reached(problem: Problem, *rest: object) -> Never:
@@ -55,14 +55,14 @@ def problem_of(recipe: Recipe, store: Path) -> Problem:
         for table in FITS:
             patch.setitem(FITS, table, reached)
         with pytest.raises(Reached) as caught:
-            fit_surrogate(Work(case_of(recipe), store, store, no_stages))
+            fit_surrogate(Work(case_of(recipe), trajectories, trajectories, no_stages))
     found: Problem = caught.value.args[0]
     return found
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_state_space_problems_are_double_whatever_the_precision(
-    store: Path, precision: str
+    trajectories: Path, precision: str
 ) -> None:
     """Their sums are long; other families see windows."""
     state_space = tiny_state_space_recipe(
@@ -74,7 +74,7 @@ def test_state_space_problems_are_double_whatever_the_precision(
     )
     expected = [torch.float64, getattr(torch, precision)]
     for recipe, dtype in zip((state_space, feed_forward), expected, strict=True):
-        problem = problem_of(recipe, store)
+        problem = problem_of(recipe, trajectories)
         records = (*problem.training, *problem.validation)
         assert {values.dtype for values in records} == {dtype}
 
@@ -95,13 +95,13 @@ DIFFERENCES = ("inputs", "changes", "second_changes")
     ids=["feed_forward", "state_space"],
 )
 def test_features_are_those_of_the_network_normalised_by_the_training_data(
-    store: Path, recipe: Recipe
+    trajectories: Path, recipe: Recipe
 ) -> None:
-    problem = problem_of(recipe, store)
+    problem = problem_of(recipe, trajectories)
     features, signal = problem.features, case_of(recipe).system.inputs[0]
     assert features.chosen == (0, 1, 2)
     for (seen, _), name in ((problem.training, "train"), (problem.validation, "validation")):
-        scaled = open_store(store).split(name).read().inputs / signal.high
+        scaled = read_split(recipe, trajectories, name).inputs / signal.high
         assert np.array_equal(seen.numpy(), features.along(scaled))
     spread = problem.training[0].double().flatten(0, 1).std(0, correction=0)
     assert spread[1:].tolist() == pytest.approx([1.0, 1.0], rel=1e-5)
@@ -109,7 +109,7 @@ def test_features_are_those_of_the_network_normalised_by_the_training_data(
 
 
 def test_signs_of_features_that_do_not_follow_are_not_flipped(
-    store: Path, monkeypatch: pytest.MonkeyPatch
+    trajectories: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recipe = FEED_FORWARD
 
@@ -117,19 +117,19 @@ def test_signs_of_features_that_do_not_follow_are_not_flipped(
         raise Reached(features)
 
     monkeypatch.setattr(module, "require_odd", refused)
-    problem_of(recipe, store)
+    problem_of(recipe, trajectories)
     training = with_expert(recipe.training, flip_signs=True)
     flipping = recipe.model_copy(update={"training": training})
     with pytest.raises(Reached) as caught:
-        fit_surrogate(Work(case_of(flipping), store, store, no_stages))
+        fit_surrogate(Work(case_of(flipping), trajectories, trajectories, no_stages))
     assert isinstance(caught.value.args[0], FeatureMap)
 
 
 def test_eigenvalues_are_those_of_state_space_recipes_alone(
-    store: Path, monkeypatch: pytest.MonkeyPatch
+    trajectories: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Systems that cannot be linearized, or grow, may have a feed-forward network."""
-    found = problem_of(STATE_SPACE, store).eigenvalues
+    found = problem_of(STATE_SPACE, trajectories).eigenvalues
     assert found is not None
     assert complex(found[0]) == pytest.approx(complex(-20, np.sqrt(1200)), rel=1e-4)
 
@@ -137,28 +137,28 @@ def test_eigenvalues_are_those_of_state_space_recipes_alone(
         raise AssertionError("nobody needs them")
 
     monkeypatch.setattr(module, "eigenvalues_at_rest", never)
-    assert problem_of(FEED_FORWARD, store).eigenvalues is None
+    assert problem_of(FEED_FORWARD, trajectories).eigenvalues is None
     with pytest.raises(AssertionError, match="nobody"):
-        problem_of(STATE_SPACE, store)
+        problem_of(STATE_SPACE, trajectories)
 
 
 def test_checkpoints_belong_to_the_eigenvalues(
-    store: Path, monkeypatch: pytest.MonkeyPatch
+    trajectories: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = problem_of(STATE_SPACE, store).checkpoint
-    assert problem_of(STATE_SPACE, store).checkpoint == before
+    before = problem_of(STATE_SPACE, trajectories).checkpoint
+    assert problem_of(STATE_SPACE, trajectories).checkpoint == before
     monkeypatch.setattr(module, "eigenvalues_at_rest", lambda system: np.array([-20 + 1j]))
-    assert problem_of(STATE_SPACE, store).checkpoint != before
+    assert problem_of(STATE_SPACE, trajectories).checkpoint != before
 
 
 @pytest.mark.parametrize("decisive", ["version", "torch", "threads"])
 def test_checkpoints_belong_to_the_version_of_the_code_torch_and_threads(
-    store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, decisive: str
+    trajectories: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, decisive: str
 ) -> None:
     """Of the surrogate and of the estimator, both."""
 
     def names() -> set[str]:
-        fit_surrogate(Work(case_of(FEED_FORWARD), store, tmp_path, no_stages))
+        fit_surrogate(Work(case_of(FEED_FORWARD), trajectories, tmp_path, no_stages))
         return {path.name for path in tmp_path.glob("*.pt")}
 
     before = names()
@@ -208,15 +208,15 @@ def test_signal_that_is_constant_up_to_rounding_is_refused(remaining: float, lev
 )
 @pytest.mark.parametrize(("part", "name"), [("inputs", "force"), ("outputs", "position")])
 def test_fit_refuses_what_never_moves(
-    store: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
+    trajectories: Path, monkeypatch: pytest.MonkeyPatch, recipe: Recipe, part: str, name: str
 ) -> None:
-    read = StoredSplit.read
+    read = Trajectories.read
 
-    def still(split: StoredSplit, count: int | None = None) -> Split:
-        found = read(split, count)
-        change: dict[str, Any] = {part: np.full_like(getattr(found, part), 0.1)}
-        return replace(found, **change) if split.name == "train" else found
+    def still(of: Trajectories, name: str, count: int | None = None) -> Split:
+        split = read(of, name, count)
+        change: dict[str, Any] = {part: np.full_like(getattr(split, part), 0.1)}
+        return replace(split, **change) if name == "train" else split
 
-    monkeypatch.setattr(StoredSplit, "read", still)
+    monkeypatch.setattr(Trajectories, "read", still)
     with pytest.raises(ValueError, match=rf"^'{name}' is constant in the training data; expected"):
-        fit_surrogate(Work(case_of(recipe), store, store, no_stages))
+        fit_surrogate(Work(case_of(recipe), trajectories, trajectories, no_stages))

@@ -16,7 +16,7 @@ import pytest
 import torch
 
 from slide_fmu.bounds import fit as bounds
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.checkpoint import TRAINING_VERSION
 from slide_fmu.fitting.network import Fit, fit_network
 from slide_fmu.fitting.preparation import Work

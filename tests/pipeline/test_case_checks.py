@@ -85,7 +85,7 @@ def test_missing_start_of_a_training_is_told_before_any_trajectory_is_made(
     result = invoke(subcommand, recipe, "--runs", tmp_path / "runs")
     assert result.exit_code == 1
     assert "training.start = 'nowhere.fmu': no file" in " ".join(result.output.split())
-    assert not RunFolder(tmp_path / "runs" / "tiny").store.exists()
+    assert not RunFolder(tmp_path / "runs" / "tiny").trajectories.exists()
 
 
 @pytest.mark.parametrize("name", ["window_filled", "time", "initial_force", "force"])

@@ -101,4 +101,4 @@ def test_crash_in_a_worker_that_makes_data_is_named(trap: Path, tmp_path: Path) 
         process_pool(1) as pool,
         pytest.raises(SimulationError, match=rf"trap\.fmu' \(kind 'fmu'\) {ENDED}"),
     ):
-        generate(case_of(recipe), tmp_path / "store", pool, silent)
+        generate(case_of(recipe), tmp_path / "trajectories", pool, silent)

@@ -13,7 +13,6 @@ import pytest
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data import pool
-from slide_fmu.data.store import open_store
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.fitting import learning_curve
@@ -21,7 +20,7 @@ from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
-from slide_fmu.pipeline.job import Job, checked, open_job, provenance
+from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import _file, known_numbers
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
@@ -30,6 +29,7 @@ from tests.data.test_generation import Inline
 from tests.progress import no_stages, silent
 from tests.recipes import TINY
 from tests.refusals import refused
+from tests.trajectories import read_split
 
 OPEN = TINY[: TINY.index("[network]")].replace("train = 4\nvalidation = 2\n", "") + (
     "[network]\norder = 2\nhidden = 2\n\n[training]\niterations = 3\nstarts = 1\n"
@@ -79,7 +79,7 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: float, train: int
 ) -> None:
     pays(monkeypatch, part)
-    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
+    job = choose_numbers(opened(tmp_path), Workplace())
     curve = curve_of(job)
     assert [p.trajectories for p in curve.points] == [FEW, 2 * FEW, 4 * FEW][: train // FEW]
     assert curve.ended is not None
@@ -87,7 +87,7 @@ def test_curve_ends_where_a_doubling_does_not_pay(
     assert (job.recipe.count("train"), job.recipe.count("validation")) == (train, FEW)
     assert job.open_keys == ()
     assert generate_data(job, Workplace()).learning_curve == curve
-    assert len(open_store(job.folder.store).split("train").read().inputs) == train
+    assert len(read_split(job.recipe, job.folder.trajectories, "train").inputs) == train
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_curve_is_found_for_a_recipe_whose_bound_is_attacked(
     pays(monkeypatch, 0.0)
     text = OPEN.replace("duration = 2.0", "duration = 3.0")
     text += "\n[bound]\n\n[validation]\nadversarial = 2\n"
-    job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
+    job = choose_numbers(opened(tmp_path, text), Workplace())
     assert job.recipe.count("train") == 2 * FEW
 
 
@@ -124,7 +124,7 @@ def test_numbers_are_found_once_and_a_released_fmu_knows_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pays(monkeypatch, 0.0)
-    job = choose_numbers(opened(tmp_path), Workplace(), overwrite=False)
+    job = choose_numbers(opened(tmp_path), Workplace())
     assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
     monkeypatch.setattr(pool, "process_pool", None)  # nothing may be made again
     again = opened(tmp_path)
@@ -148,7 +148,7 @@ def test_curve_follows_physical_parameters(
 
     monkeypatch.setattr(learning_curve, "fit_data", noting)
     text = OPEN + "\n[parameters.mass]\nrange = [1.0, 3.0]\n"
-    job = choose_numbers(opened(tmp_path, text), Workplace(), overwrite=False)
+    job = choose_numbers(opened(tmp_path, text), Workplace())
     assert job.recipe.count("train") == 2 * FEW
     shapes = [physical.training.shape for physical in seen if physical is not None]
     assert shapes == [(FEW, 1), (2 * FEW, 1)]
@@ -176,16 +176,16 @@ def test_killed_curve_goes_on_without_a_trace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str
 ) -> None:
     pays(monkeypatch, 9.0)
-    unbroken = choose_numbers(opened(_made(tmp_path / "a")), Workplace(), overwrite=False)
+    unbroken = choose_numbers(opened(_made(tmp_path / "a")), Workplace())
 
     def bar(name: str) -> Progress:
         return _killing() if name.startswith(stage) else silent
 
     place = _made(tmp_path / "b")
     with pytest.raises(Killed):
-        choose_numbers(opened(place, bar=bar), Workplace(), overwrite=False)
+        choose_numbers(opened(place, bar=bar), Workplace())
     assert len(curve_of(opened(place)).points) == 1
-    broken = choose_numbers(opened(place), Workplace(), overwrite=False)
+    broken = choose_numbers(opened(place), Workplace())
     assert without_times(curve_of(broken)) == without_times(curve_of(unbroken))
     assert broken.recipe == unbroken.recipe
 
@@ -250,7 +250,7 @@ def test_numbers_of_a_bound_follow_from_the_time_of_a_simulation_once(
     job = opened(tmp_path, bounded_text())
     with refused(RecipeError, "data.bound to be found"):
         job.open_recipe.resolved()
-    job = choose_numbers(job, Workplace(), overwrite=False)
+    job = choose_numbers(job, Workplace())
     assert job.resolved == {"data": {"companion": "train", "bound": 30, "validation": FEW}}
     assert job.recipe.count("companion") == 0
     # another, faster day
@@ -266,13 +266,6 @@ def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
         generate_data(job, Workplace())
     with refused(RecipeError, "leaves data.train", "to be found"):
         train_surrogate(job)
-
-
-def test_overwriting_makes_all_data_again(tmp_path: Path) -> None:
-    job = checked(opened(tmp_path, with_data("train = 2\nvalidation = 1")))
-    generate_data(job, Workplace())
-    assert choose_numbers(job, Workplace(), overwrite=True) is job
-    assert not job.folder.store.exists()
 
 
 def test_damaged_file_of_a_curve_is_named(tmp_path: Path) -> None:

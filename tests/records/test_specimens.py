@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from slide_fmu.data.generation import generate
-from slide_fmu.data.store import open_store
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -19,6 +18,7 @@ from slide_fmu.records.segments import learnt_pieces, unseen_blocks
 from slide_fmu.records.sizing import size_records
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
+from tests.trajectories import read_split
 
 MASSES = (1.0, 2.2, 1.5)
 SAMPLES = 3000
@@ -60,10 +60,10 @@ def test_every_part_has_every_specimen(tmp_path: Path) -> None:
     assert "measured on specimens that were learnt from" in learnt
 
 
-def test_store_has_the_values_of_each_file(tmp_path: Path) -> None:
+def test_trajectories_have_the_values_of_each_file(tmp_path: Path) -> None:
     recipe = recipe_of(tmp_path)
-    generate(case_of(recipe), tmp_path / "data.zarr", None, silent)
-    split = open_store(tmp_path / "data.zarr").split("train").read(TRAIN)
+    generate(case_of(recipe), tmp_path / "trajectories", None, silent)
+    split = read_split(recipe, tmp_path / "trajectories", "train")
     assert split.parameters is not None
     assert split.parameters.tolist() == [[MASSES[file]] for file in split.kinds]
     assert set(split.kinds.tolist()) == {0, 1, 2}

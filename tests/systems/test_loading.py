@@ -12,7 +12,7 @@ import pytest
 
 from mbs_models.oscillators.oscillators import DuffingOscillator
 from slide_fmu.core.search_path import make_importable
-from slide_fmu.data.fingerprint import data_fingerprint
+from slide_fmu.data.trajectories import values_of_draws
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
@@ -101,7 +101,7 @@ def test_recipe_of_a_registered_kind_makes_its_system(
     recipe = tiny_recipe(system={"kind": "twin", "model": "a twin"})
     system = case_of(recipe).system
     assert (system.step, asked) == (0.02, [case_of(recipe).systems.specification])
-    assert data_fingerprint(recipe).system["kind"] == "twin"
+    assert values_of_draws(recipe)["system"]["kind"] == "twin"
 
 
 def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
@@ -113,7 +113,7 @@ def test_recipe_of_an_unknown_kind_is_refused_with_the_kinds() -> None:
 
 def test_data_of_a_class_do_not_depend_on_its_picture() -> None:
     drawn = tiny_recipe(system={"kind": "class", "picture": "mbs_models.pictures:draw"})
-    assert data_fingerprint(drawn) == data_fingerprint(tiny_recipe())
+    assert values_of_draws(drawn) == values_of_draws(tiny_recipe())
 
 
 def test_model_file_that_was_rewritten_is_read_again_in_the_same_process(tmp_path: Path) -> None:

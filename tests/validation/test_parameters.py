@@ -49,8 +49,8 @@ SMALL = 2e-3
 @pytest.fixture(scope="module")
 def fit(tmp_path_factory: pytest.TempPathFactory) -> Fit:
     folder = tmp_path_factory.mktemp("learnt")
-    generate(case_of(RECIPE), folder / "data.zarr", None, silent)
-    store, states = folder / "data.zarr", folder / "states"
+    generate(case_of(RECIPE), folder / "trajectories", None, silent)
+    store, states = folder / "trajectories", folder / "states"
     with kept_estimates():
         return fit_surrogate(Work(case_of(RECIPE), store, states, lambda _name: silent))
 

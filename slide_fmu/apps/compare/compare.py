@@ -20,10 +20,7 @@ from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.result_cache import key_of
 from slide_fmu.data.draws import TEST, Stream, probe
-from slide_fmu.data.fingerprint import data_fingerprint, identity
-from slide_fmu.data.origin import require_origin
-from slide_fmu.data.store import open_store
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split, Trajectories, values_of_draws
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated, unseen_motions
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.errors import TrainingError
@@ -97,7 +94,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
 
     Raises:
         MissingPackageError: the extra ``compare`` is not installed.
-        LoadError, RecipeError, ShortWindowError, SimulationError, StoreError, TrainingError: as
+        LoadError, RecipeError, ShortWindowError, SimulationError, TrainingError: as
             for the stages that make data and surrogate.
     """
     require_comparable(job.case)
@@ -107,17 +104,14 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     torch.set_num_threads(1)
     job, trained = _trained(job, terms)
     recipe, surrogate, kept = job.recipe, trained.surrogate, KeptComparison(_folder(job))
-    store = open_store(job.folder.store)
-    require_origin(store, recipe, identity(job.case.source, recipe))
-    training, validation = (
-        store.split(name).read(recipe.count(name)) for name in ("train", "validation")
-    )
+    trajectories = Trajectories.of(job.case, job.folder.trajectories)
+    training, validation = (trajectories.read(name) for name in ("train", "validation"))
     test = UnseenTest(surrogate, _unseen(job, terms, kept))
     lesson = lesson_of(surrogate, training, validation, recipe.training.seed)
     own = trained.histories["surrogate"].cpu_seconds
     assert own is not None  # every training is timed
     budget = own if terms.budget is None else terms.budget
-    again = OwnNetwork(job.case, job.folder.store, surrogate, own)
+    again = OwnNetwork(job.case, job.folder.trajectories, surrogate, own)
     key = key_of(_decisive(test, (training, validation)), lesson.seed, budget, versions())
     with fmu_of(surrogate) as fmu:
         bench = ComparisonBench(test, StepTimes(surrogate, fmu, test.motions[0]))
@@ -149,7 +143,7 @@ def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
     except StageError:
         job = checked(job)
         check_window(job)
-        job = choose_numbers(job, Workplace(terms.workers), overwrite=False)
+        job = choose_numbers(job, Workplace(terms.workers))
         generate_data(job, Workplace(terms.workers))
         return job, train_surrogate(job).trained
 
@@ -168,7 +162,7 @@ def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotio
     count = terms.trajectories or recipe.validation.trajectories
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
     key = key_of(
-        data_fingerprint(recipe),
+        values_of_draws(recipe),
         recipe.system.model_dump(mode="json", include={"reference"}),
         [stream.seed, stream.duration, count],
         probe(recipe, reference),

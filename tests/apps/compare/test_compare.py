@@ -211,7 +211,7 @@ def test_own_network_keeps_a_budget_that_is_shorter_than_its_training(
 ) -> None:
     job, figures, _ = duffing
     surrogate, seconds = job.folder.load_surrogate(job.recipe).surrogate, figures.models[0]
-    own = OwnNetwork(job.case, job.folder.store, surrogate, seconds.cpu_seconds)
+    own = OwnNetwork(job.case, job.folder.trajectories, surrogate, seconds.cpu_seconds)
     assert own.can_be_fitted
     budget = CountedBudget(0.5 * own.seconds)
     refine = MultiStart.refine

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.features.base import FeatureOffer
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fitting.feature_choice import choose_features

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, Frozen
 from slide_fmu.core.progress import Progress, quiet, quiet_stages
-from slide_fmu.data.stored_split import Split
+from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.network import FITS
 from slide_fmu.fitting.preparation import FitPreparation, Work, scales_of
@@ -36,13 +36,13 @@ class OwnNetwork:
 
     Attributes:
         case: the recipe and its system.
-        store: folder of the trajectories.
+        trajectories: folder of the trajectories.
         surrogate: the surrogate that the recipe's training gave.
         seconds: CPU time of that training.
     """
 
     case: Case
-    store: Path
+    trajectories: Path
     surrogate: Surrogate
     seconds: float
 
@@ -81,7 +81,7 @@ class OwnNetwork:
         recipe, surrogate = self.case.recipe, self.surrogate
         share = min(1.0, budget.seconds / self.seconds)
         with TemporaryDirectory() as name:
-            work = Work(self.case, self.store, Path(name), quiet_stages)
+            work = Work(self.case, self.trajectories, Path(name), quiet_stages)
             names = ("train", "validation", *(["beyond"] if recipe.data.beyond else []))
             splits: list[Split] = work.splits(*names)
             scales = scales_of(work, splits, surrogate.output_scaling)

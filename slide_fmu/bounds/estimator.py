@@ -318,11 +318,7 @@ def block_errors(window: Window, errors: FloatArray, span: int) -> FloatArray:
 
 
 def _log_error(errors: FloatArray, resolution: float) -> LogError:
-    """Return the map whose range covers all errors above the resolution.
-
-    Raises:
-        ValueError: no error is above the resolution.
-    """
+    """Return the map whose range covers all errors above the resolution."""
     largest = float(np.max(errors))
     if largest <= resolution:
         raise ValueError(

@@ -159,12 +159,7 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
 
 
 def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
-    """Fit the companion of a surrogate; return the most accurate of all attempts.
-
-    Raises:
-        TrajectoryError: trajectories are missing.
-        TrainingError: a training diverged.
-    """
+    """Fit the companion of a surrogate; return the most accurate of all attempts."""
     recipe, surrogate = work.recipe, fit.surrogate
     assert recipe.bound is not None
     split = "train" if recipe.data.companion == "train" else "companion"

@@ -104,11 +104,7 @@ class FeedForwardModule(torch.nn.Module):
         return hidden if self.skip is None else hidden + self.skip(flat)
 
     def freeze(self) -> FeedForward:
-        """Return the trained network as data, in float32.
-
-        Raises:
-            ValueError: a weight is not finite.
-        """
+        """Return the trained network as data, in float32."""
         names = [self.recipe.activation] * (len(self.linear) - 1) + ["identity"]
         tensors = self.state_dict().items()
         state = {key: t.to("cpu", torch.float32).numpy().copy() for key, t in tensors}

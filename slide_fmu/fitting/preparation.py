@@ -71,12 +71,7 @@ class Work:
 
     @cached_property
     def offered(self) -> FeatureOffer:
-        """The values to form features from; inputs are scaled by their ranges, or as known.
-
-        Raises:
-            RecipeError, UrdfError: the recipe's serial chain cannot be read, or is not the
-                system's.
-        """
+        """The values to form features from; inputs are scaled by their ranges, or as known."""
         source, known = self.case.source, self.known
         scaling = range_scaling(source.inputs) if known is None else known.input_scaling
         return offered_features(self.recipe, source, scaling)
@@ -106,12 +101,7 @@ class Work:
         return Trajectories.of(self.case, self.folder)
 
     def splits(self, *names: str) -> list[Split]:
-        """Read splits of the recipe.
-
-        Raises:
-            TrajectoryError: trajectories are missing.
-            DamagedFileError: a trajectory is damaged.
-        """
+        """Read splits of the recipe."""
         return [self.trajectories.read(name) for name in names]
 
 
@@ -245,9 +235,6 @@ def eigenvalues_at_rest(system: Source) -> Eigenvalues | None:
 
     There is one eigenvalue of each conjugate pair, and none for rigid-body modes; None if the
     system does not offer linearization.
-
-    Raises:
-        UnstableModeError: a mode grows.
     """
     if not isinstance(system, Linearizable):
         return None
@@ -326,11 +313,7 @@ def require_motion(signals: tuple[Signal, ...], values: FloatArray) -> None:
 
 
 def standard_deviation_scaling(signals: tuple[Signal, ...], split: Split) -> Affine:
-    """Return the scaling by the middle of the ranges and the standard deviation in the data.
-
-    Raises:
-        ValueError: an output never moves.
-    """
+    """Return the scaling by the middle of the ranges and the standard deviation in the data."""
     outputs = split.outputs.reshape(-1, len(signals))
     outputs = outputs[np.isfinite(outputs).all(axis=1)]
     require_motion(signals, outputs)

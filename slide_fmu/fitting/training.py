@@ -186,11 +186,7 @@ def _divergence(value: str) -> str:
 
 
 def _restore(checkpoint: Path, model: torch.nn.Module, optimizer: AdamW) -> dict[str, Any]:
-    """Load a checkpoint into model and optimizer and return the course so far, or a new one.
-
-    Raises:
-        TrainingError: the checkpoint cannot be read.
-    """
+    """Load a checkpoint into model and optimizer and return the course so far, or a new one."""
     saved: dict[str, Any] | None = read_checkpoint(checkpoint, next(model.parameters()).device)
     if saved is None:
         return {"step": 0, "history": [], "best_error": math.inf, "best": None}

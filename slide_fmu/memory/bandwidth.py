@@ -224,9 +224,6 @@ def _by_itself(
 
     The result is None if nothing is left at the step that is tried first, or if no step that was
     tried shows its period by ``FEW`` samples or more.
-
-    Raises:
-        SimulationError: the system failed with every step and in every part of the ranges.
     """
     step, tried, proposed = first, set[float](), None
     while step not in tried and len(tried) <= ZOOMS:
@@ -258,9 +255,6 @@ def own_frequency(system: System, part: float = 1.0) -> float | None:
     pi: the frequency of a weakly damped vibration, and the corner frequency of a lag. The fastest
     output counts. The result is None if no output moves on. Inputs go to values in a fraction of
     their ranges, about the middle.
-
-    Raises:
-        SimulationError: the system could not be simulated.
     """
     rng = np.random.default_rng(0)
     low, high = _ends(system, part)
@@ -284,9 +278,6 @@ def bandwidth(system: System, part: float = 1.0) -> Bandwidth | None:
     The drawn values are white noise, so the spectrum of an output is that of its gain. The result
     is None if no output shows its own dynamics. Inputs move in a fraction of their ranges, about
     the middle.
-
-    Raises:
-        SimulationError: the system could not be simulated.
     """
     from scipy.signal import welch  # slow to import, and not needed to size a window
 

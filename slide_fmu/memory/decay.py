@@ -82,9 +82,6 @@ def decay_in_pieces(motions: Sequence[Decay], length: int) -> Decay:
     """Return the mean rates over parts of motions, each of ``length`` instants at least.
 
     A motion that is shorter is one part.
-
-    Raises:
-        UnstableModeError: a mode grows in the mean over a part.
     """
     parts = [
         part

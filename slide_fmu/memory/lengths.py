@@ -110,11 +110,7 @@ def _time_to_hold(sizing: Sizing, but_one: bool) -> float:
 
 
 def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
-    """Return the number of samples that the window of a recipe must truncate.
-
-    Raises:
-        NotForgettingError: the system does not forget.
-    """
+    """Return the number of samples that the window of a recipe must truncate."""
     if not sizing.forgets:
         raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
     lags = (recipe.estimator and recipe.estimator.expert.lags) or (0,)

@@ -273,9 +273,6 @@ def contradiction(motions: Motions, linearized: LinearizedSystem, measured: Deca
     Along motions of a nonlinear system the two differ. So they are also compared near rest, where
     the equations describe the system itself. Only a contradiction at both places, in the same
     direction, is a fault of the equations.
-
-    Raises:
-        SimulationError: a motion could not be simulated.
     """
     along = measured.mean / linearized.decay.mean
     if 1.0 / FACTOR <= along <= FACTOR:

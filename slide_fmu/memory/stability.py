@@ -239,9 +239,6 @@ def excited_inputs(system: System, recipe: Recipe, count: int, factor: float) ->
     """Draw inputs of the recipe's excitation, shape (SEQUENCES, count, n_inputs).
 
     The factor is that on the amplitude.
-
-    Raises:
-        RecipeError: there are no such inputs.
     """
     stream = Stream(STABILITY, recipe.data.seed, (factor, factor), count * recipe.window.step)
     return np.array(

@@ -37,9 +37,6 @@ def step_remark(case: Case) -> str | None:
     The system is simulated more finely along a motion of the recipe, and at the recipe's step
     along the same. There is no remark if the system cannot be made with another step, or if its
     outputs do not move.
-
-    Raises:
-        SimulationError: the system could not be simulated.
     """
     recipe, step = case.recipe, case.recipe.window.step
     try:

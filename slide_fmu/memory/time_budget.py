@@ -43,11 +43,7 @@ class TimeBudget:
             self.left_out.append(name)
 
     def samples(self, system: System, inputs: FloatArray) -> float:
-        """Return the number of samples that a motion may have; a few inputs are used for timing.
-
-        Raises:
-            SimulationError: the system could not be simulated.
-        """
+        """Return the number of samples that a motion may have; a few inputs show the time."""
         begin = time.perf_counter()
         simulate(system, inputs)
         return self.seconds * PART * len(inputs) / max(time.perf_counter() - begin, 1e-9)

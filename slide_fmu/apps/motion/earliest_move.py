@@ -75,9 +75,6 @@ def ringing_shapers(problem: MoveProblem) -> tuple[SpeedProfiles, float, list[Sh
 
     The first of the shapers does nothing. Along a curve the time is the shortest in which the
     samples pass the points and keep all limits.
-
-    Raises:
-        MotionError: as for ``Problem.response``; or the surrogate does not know rest at the start.
     """
     problem.require_known_start()
     profile, time = fastest_along(problem.route, problem.limits)
@@ -96,9 +93,6 @@ def baselines(problem: MoveProblem) -> tuple[Response, SpeedProfiles, list[Move]
     """Return the fastest profile, unshaped and with shapers, and the response to all.
 
     Along a curve, shapers are left out that move coordinates beyond their limits.
-
-    Raises:
-        MotionError: as for ``ringing_shapers``.
     """
     profile, time, rows = ringing_shapers(problem)
     response = problem.response(time + max(row.delays[-1] for row in rows))

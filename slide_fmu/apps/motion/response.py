@@ -30,9 +30,6 @@ class Response:
         samples: longest motion in samples; the response after it covers one window.
         margins: what the margins of predictions are.
         reference: simulates the reference model, if the moves are verified with it.
-
-    Raises:
-        MotionError: as for ``Predictor``.
     """
 
     def __init__(

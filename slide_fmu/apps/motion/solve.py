@@ -158,11 +158,7 @@ def solve(
 
 
 def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MoveProblem:
-    """Return the problem of a task, with margins of predictions.
-
-    Raises:
-        MotionError: the task does not fit the surrogate.
-    """
+    """Return the problem of a task, with margins of predictions."""
     surrogate = at_parameters(released, task.parameters)
     coordinates = coordinates_of(surrogate.inputs)
     points, limits = task.points(coordinates), limits_of(task.limits, coordinates)
@@ -181,11 +177,7 @@ def problem_of(released: Surrogate, task: MoveTask, margins: Margins) -> MovePro
 def answer(
     problem: MoveProblem, task: MoveTask, seed: int = 0, progress: Progress = quiet
 ) -> OptimisedMove:
-    """Choose the motion of a problem as its task asks; candidates are drawn with a seed.
-
-    Raises:
-        MotionError: no motion is an answer.
-    """
+    """Choose the motion of a problem as its task asks; candidates are drawn with a seed."""
     if task.kind == "earliest":
         return earliest(problem, progress)
     if task.kind == "quietest":
@@ -196,11 +188,7 @@ def answer(
 
 
 def factor_of(task: MoveTask, provenance: Provenance | None) -> float:
-    """Return the factor on margins: of the task, or else of the recipe that an FMU carries.
-
-    Raises:
-        RecipeError: the recipe has a factor that is not a number above 0.
-    """
+    """Return the factor on margins: of the task, or else of the recipe that an FMU carries."""
     if task.margin_factor is not None:
         return task.margin_factor
     recipe = tomllib.loads(str((provenance or {}).get("recipe", "")))
@@ -212,11 +200,7 @@ def factor_of(task: MoveTask, provenance: Provenance | None) -> float:
 def reference_of(
     fmu: Path, released: Surrogate, parameters: Mapping[str, float], progress: Progress
 ) -> Reference:
-    """Return a function that simulates the reference model of an FMU, and counts simulations.
-
-    Raises:
-        LoadError: the reference model is not installed here.
-    """
+    """Return a function that simulates the reference model of an FMU, and counts simulations."""
     system = reference_at(released_case(fmu).recipe, released, parameters)
     done = 0
 
@@ -238,9 +222,6 @@ def reference_at(recipe: Recipe, surrogate: Surrogate, values: Mapping[str, floa
         recipe: the recipe of the surrogate.
         surrogate: the surrogate, with its parameters; missing values are their start values.
         values: values of parameters, by name.
-
-    Raises:
-        LoadError: the reference model is not installed here.
     """
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     return case_of(recipe.at({**starts, **values})).reference

@@ -80,21 +80,13 @@ class MoveTask(Table):
     parameters: Parameters = Field(default_factory=dict)
 
     def points(self, coordinates: tuple[Coordinate, ...]) -> tuple[FloatArray, FloatArray]:
-        """Return start and goal, (n_coordinates,) each.
-
-        Raises:
-            MotionError: there is not one number for each coordinate, or one is out of range.
-        """
+        """Return start and goal, (n_coordinates,) each."""
         for name, values in (("start", self.start), ("goal", self.goal)):
             _require_point(name, values, coordinates)
         return np.array(self.start), np.array(self.goal)
 
     def via_points(self, coordinates: tuple[Coordinate, ...]) -> ViaPoints | None:
-        """Return the points to pass, if there are some.
-
-        Raises:
-            MotionError: as for ``points``.
-        """
+        """Return the points to pass, if there are some."""
         if not self.via:
             return None
         for index, values in enumerate(self.via, start=1):
@@ -140,11 +132,7 @@ def at_parameters(surrogate: Surrogate, values: Parameters) -> Surrogate:
 
 
 def limits_of(table: LimitsTable, coordinates: tuple[Coordinate, ...]) -> Limits:
-    """Return limits, with the ranges of the coordinates.
-
-    Raises:
-        MotionError: there are limits, but not one for each coordinate.
-    """
+    """Return limits, with the ranges of the coordinates."""
     derivatives = []
     for name in ("speed", "acceleration", "jerk"):
         values = getattr(table, name)

@@ -185,11 +185,7 @@ def _refined_on(
 
 
 def freeze(winner: Candidate, data: FitData) -> StateSpace:
-    """Return the fitted network as data, in float32; its cubes extend beyond the data.
-
-    Raises:
-        ValueError: a weight is not finite.
-    """
+    """Return the fitted network as data, in float32; its cubes extend beyond the data."""
     shape, problem, window = winner.shape, data.problem, data.problem.window
     theta = with_room(shape, winner.state.best, data.whole)
     cells = tuple(_frozen(shape, cell) for cell in shape.cells(theta))

@@ -118,11 +118,7 @@ class FitData:
 
 
 def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
-    """Cut trajectories into segments, for the starts and for the whole fit.
-
-    Raises:
-        ValueError: trajectories are not longer than the truncated part of the window.
-    """
+    """Cut trajectories into segments, for the starts and for the whole fit."""
     dtype = getattr(torch, training.expert.precision)
 
     def segments(which: Which) -> Segments:

@@ -103,9 +103,6 @@ class Ledger:
 
         The name is unique in this fit. States are dataclasses of plain values and tensors; an
         iteration depends only on the state. ``iterations`` is their largest number.
-
-        Raises:
-            TrainingError: the file has a run of this name that another version has written.
         """
         self._of_part.add(name)
         stored = self._runs.get(name, KeptRun(iterations=0, state=None))

@@ -250,9 +250,6 @@ def from_turned_pairs(
         the next oscillations, and some forget fast. The state input and the outputs are vectors
         (x, y, z), one after the other: pairs are moved only by x and y, and move only these. The
         sizes are numbers of states, of pairs among them, of state inputs and of outputs.
-
-    Raises:
-        ValueError: state inputs or outputs are not vectors, or there are more pairs than states.
     """
     order, pairs, n_drive, n_outputs = sizes
     require_turned_pairs(pairs, order, n_drive, n_outputs)

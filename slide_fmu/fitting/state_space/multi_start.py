@@ -83,9 +83,6 @@ class MultiStart:
     Attributes:
         data: the data of the runs.
         ledger: stores the parts of the fit and their runs.
-
-    Raises:
-        TrainingError: the checkpoint cannot be read.
     """
 
     def __init__(self, data: FitData, progress: Progress) -> None:
@@ -94,11 +91,7 @@ class MultiStart:
         self.ledger = Ledger(data.problem.checkpoint, data.features.device, progress)
 
     def shape(self, order: int, n_units: int) -> CellShape:
-        """Return the shape of a cell; with hidden units it has spare states (the padding).
-
-        Raises:
-            ValueError: there are more turned pairs of states than states.
-        """
+        """Return the shape of a cell; with hidden units it has spare states (the padding)."""
         pairs = self.network.turned_pairs
         n_outputs = self.data.whole.targets.shape[2]
         if pairs:
@@ -161,9 +154,6 @@ class MultiStart:
         """Fit linear models of an order from all linear starts, and return the best.
 
         They are fitted to all data, or to the starts' data if there are very many.
-
-        Raises:
-            ValueError: the order is too high for the window, or its turned pairs do not fit.
         """
         shape, data, fits = self.shape(order, 0), self.data, []
         segments = data.part if data.whole.targets.numel() > MOST_RESIDUALS else data.whole
@@ -194,9 +184,6 @@ class MultiStart:
         """Run a random start from a linear model; every second one in whitened coordinates.
 
         The number of the start, from 0, and the seed determine the random numbers.
-
-        Raises:
-            ValueError: the linear model cannot be divided into sub-steps.
         """
         old, order = linear.shape, linear.shape.n_states
         shape = self.shape(order, n_units)

@@ -35,11 +35,7 @@ class Whitening:
 
     @staticmethod
     def of_noise(noise: Sequence[FloatArray]) -> Whitening:
-        """Return the whitening for pieces of noise in scaled units, (N, n_outputs) each.
-
-        Raises:
-            ValueError: the pieces have no samples.
-        """
+        """Return the whitening for pieces of noise in scaled units, (N, n_outputs) each."""
         outputs = range(noise[0].shape[1])
         models = [fit_autoregression([part[:, k] for part in noise], OWN_ERROR) for k in outputs]
         order = max(model.order for model in models)

@@ -59,14 +59,14 @@ VALIDATION_SHARE = 0.1
 WEIGHT_OF_RMS = 0.1
 """Weight of the likelihood of RMS errors, relative to the pinball loss of local scales."""
 
-SMALL = 0.05
+SMALL_ERROR = 0.05
 """An error is small below this fraction of the usual one, the 95 % quantile of all: its bound need
 not be close."""
 
-FAR = 3.0
+OUTLYING = 3.0
 """Logarithm of a squared error over the expected one, above which the error is an outlier."""
 
-SINGLE = 1e-6
+SINGLE_ROUNDING = 1e-6
 """Relative changes of numbers in single precision below this are rounding."""
 
 
@@ -224,7 +224,7 @@ def _pinball(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
     of inputs with errors a hundred times larger would decide alone, and small errors would get
     loose bounds. A quantile is the same on any such scale.
     """
-    below = (errors / SMALL).log1p() - (exponents.exp2() / SMALL).log1p()
+    below = (errors / SMALL_ERROR).log1p() - (exponents.exp2() / SMALL_ERROR).log1p()
     return torch.maximum(USUAL_CONFIDENCE * below, (USUAL_CONFIDENCE - 1) * below).mean()
 
 
@@ -236,8 +236,8 @@ def _likelihood(exponents: torch.Tensor, errors: torch.Tensor) -> torch.Tensor:
     """
     levels = math.log(4) * exponents  # of squares
     apart = errors.square().clamp(min=SMALLEST).log() - levels
-    near = apart.clamp(max=FAR).exp()
-    return (near * (1 + (apart - FAR).clamp(min=0.0)) + levels).mean()
+    near = apart.clamp(max=OUTLYING).exp()
+    return (near * (1 + (apart - OUTLYING).clamp(min=0.0)) + levels).mean()
 
 
 def scaling_of_statistics(statistics: FloatArray) -> Affine:
@@ -247,6 +247,8 @@ def scaling_of_statistics(statistics: FloatArray) -> Affine:
     scaled: otherwise rounding would change the values of the head.
     """
     deviation = statistics.std(axis=0)
-    rounding = np.maximum(SINGLE * np.abs(statistics).max(axis=0), STILL * deviation.max())
+    rounding = np.maximum(
+        SINGLE_ROUNDING * np.abs(statistics).max(axis=0), STILL * deviation.max()
+    )
     moves = deviation > rounding
     return Affine(statistics.mean(axis=0), np.where(moves, deviation, 1.0))

@@ -41,7 +41,7 @@ POSITIONS, BLOCKS = "error at single samples", "error estimator"
 HEADROOM = 0.1
 """The map's range ends by this number of decades above the largest error found."""
 
-LIMIT = 8.0
+LARGEST_EXPONENT = 8.0
 """Largest decimal exponent of a squared error: it keeps single precision finite at first."""
 
 HUBER = 0.03
@@ -49,7 +49,7 @@ HUBER = 0.03
 fit."""
 ROUNDING = 1e-6
 """Two programs may differ by this fraction of a feature's size (of 1, at least) by rounding."""
-MARGIN = 0.05
+RANGE_MARGIN = 0.05
 """The estimator counts as trained up to this fraction of a feature's range beyond either end."""
 OUTLIER = 4.0
 """The likelihood of an error falls only exponentially beyond this number of standard
@@ -90,7 +90,7 @@ class EstimatorModule(torch.nn.Module):
         # double precision: sums of few samples are differences of sums of many
         sums = torch.nn.functional.pad(squares.double().cumsum(1), (0, 0, 1, 0))
         blocks = (sums[:, self.positions :] - sums[:, : -self.positions]) / self.positions
-        logarithms = 0.5 * blocks.clamp_min(10.0 ** (-2 * LIMIT)).log10()
+        logarithms = 0.5 * blocks.clamp_min(10.0 ** (-2 * LARGEST_EXPONENT)).log10()
         eps = (logarithms - self.log_error.middle) / self.log_error.half_range
         return eps.to(windows.dtype).flatten(1)
 
@@ -107,7 +107,7 @@ def split_values(
     """
     eps = values[:, -n_outputs:]
     exponent = 2 * (log_error.middle + log_error.half_range * eps)
-    variance = 10 ** exponent.clamp(-2 * LIMIT, LIMIT)
+    variance = 10 ** exponent.clamp(-2 * LARGEST_EXPONENT, LARGEST_EXPONENT)
     if values.shape[1] == n_outputs:
         return torch.zeros_like(eps), variance
     return values[:, :n_outputs] * variance.sqrt(), variance
@@ -289,7 +289,7 @@ def _ranges(features: torch.Tensor) -> Float32Array:
     values = features.flatten(0, 1)
     least, largest = values.min(0).values, values.max(0).values
     size = values.abs().max(0).values.clamp_min(1.0)
-    margin = MARGIN * (largest - least) + ROUNDING * size
+    margin = RANGE_MARGIN * (largest - least) + ROUNDING * size
     return torch.stack([least - margin, largest + margin]).to("cpu", torch.float32).numpy()
 
 

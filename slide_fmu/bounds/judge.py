@@ -66,7 +66,7 @@ LEAST_FACTOR = 0.5
 """Least factor over the factor without floors and disagreement. Where both cover enough samples of
 the calibration, the head must still count: other kinds of input have larger errors."""
 
-MARGIN = 1.002
+BOX_MARGIN = 1.002
 """The box is larger by this factor. A mean that is reached again and again, as that of the cosine
 of a crank at rest, would leave it by its last digits."""
 
@@ -303,4 +303,4 @@ def domain_limits(learnt: FloatArray, calibration: FloatArray, false_alarms: flo
     usual = np.quantile(learnt.reshape(-1, learnt.shape[2]), USUAL, axis=0)
     usual = np.maximum(usual, SMALLEST)
     outermost = (calibration / usual).max(axis=2)
-    return np.asarray(MARGIN * usual * np.quantile(outermost, 1 - false_alarms))
+    return np.asarray(BOX_MARGIN * usual * np.quantile(outermost, 1 - false_alarms))

@@ -34,7 +34,7 @@ fit that diverges raises a TrainingError."""
 SURROGATE = "surrogate"
 """Name of the network's stage in the progress and in the figures."""
 
-MARGIN = 0.01
+RANGE_MARGIN = 0.01
 """Margin of the trained ranges of outputs at both ends, relative to their width."""
 
 
@@ -109,8 +109,8 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
 def learnt_ranges(outputs: FloatArray) -> FloatArray:
     """Return the ranges of outputs, (n_trajectories, N, n_outputs), as (n_outputs, 2) values.
 
-    They are wider by ``MARGIN`` of their width, for the errors of a surrogate.
+    They are wider by ``RANGE_MARGIN`` of their width, for the errors of a surrogate.
     """
     low, high = (extreme(outputs, axis=(0, 1)) for extreme in (np.nanmin, np.nanmax))
-    margin = MARGIN * (high - low)
+    margin = RANGE_MARGIN * (high - low)
     return np.stack([low - margin, high + margin], axis=1)

@@ -105,7 +105,7 @@ def recommend_window(decay_time: float, step: float, n_out: int) -> Window:
     return Window(step, n_out + _needed_samples(decay_time, step), n_out)
 
 
-MARGIN = 1.25
+DECAY_MARGIN = 1.25
 """Factor on the longest decay time that was found: a window that truncates this time covers all
 but rare motions of any other seed (training/README.md has the figures)."""
 
@@ -119,7 +119,7 @@ def too_short(window: Window, decay_time: float, slowest: float = 0.0) -> str | 
     needed = _needed_samples(decay_time, window.step)
     if window.n_truncated >= needed:
         return None
-    enough = _needed_samples(MARGIN * max(decay_time, slowest), window.step)
+    enough = _needed_samples(DECAY_MARGIN * max(decay_time, slowest), window.step)
     return (
         f"window: n_in - n_out = {window.n_in} - {window.n_out} = {window.n_truncated} samples "
         f"({window.truncation_time:.4g} s) are truncated, but initial effects need {needed} "

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slide_fmu.memory.decay import MARGIN
+from slide_fmu.memory.decay import DECAY_MARGIN
 from slide_fmu.memory.motions import LEAST_MEASURED
 from slide_fmu.memory.sizing import AnySizing, NotForgettingError, Sizing, size_window
 from slide_fmu.memory.time_budget import TimeBudget
@@ -115,7 +115,7 @@ def _truncated(recipe: Recipe, sizing: Sizing, but_one: bool = False) -> int:
         raise NotForgettingError(f"recipe {recipe.name!r}: {sizing.problem}")
     lags = (recipe.estimator and recipe.estimator.expert.lags) or (0,)
     needed = math.ceil(
-        MARGIN * _time_to_hold(sizing, but_one) / recipe.window.step * (1.0 - 1e-12)
+        DECAY_MARGIN * _time_to_hold(sizing, but_one) / recipe.window.step * (1.0 - 1e-12)
     )
     return max(1, tidy(needed), lags[-1])
 

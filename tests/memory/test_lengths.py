@@ -11,7 +11,7 @@ import pytest
 
 from slide_fmu.core.window import Window
 from slide_fmu.memory import lengths, motions
-from slide_fmu.memory.decay import MARGIN, Decay
+from slide_fmu.memory.decay import DECAY_MARGIN, Decay
 from slide_fmu.memory.lengths import find_lengths, tidy
 from slide_fmu.memory.sizing import ShortWindowError, Sizing, require_window, size_window
 from slide_fmu.recipe.case import case_of
@@ -58,7 +58,7 @@ def test_window_holds_the_decay_time_with_its_margin(model: str) -> None:
         assert longest == pytest.approx(LAG, rel=0.02)
     window = found.recipe.guess.window
     truncated = window.n_in - window.n_out
-    assert truncated == tidy(math.ceil(MARGIN * longest / window.step))
+    assert truncated == tidy(math.ceil(DECAY_MARGIN * longest / window.step))
     assert window.n_out == truncated // 2
     assert found.recipe.guess.data.burn_in == pytest.approx(window.n_in * window.step)
     assert found.recipe.guess.data.duration >= 6 * window.n_in * window.step
@@ -78,7 +78,7 @@ def test_what_is_given_stays() -> None:
     recipe = of_lag(window={"n_out": 7}, data={"duration": 9.0})
     found = find_lengths(recipe, case_of(recipe.guess).system).recipe.resolved()
     assert (found.window.n_out, found.data.duration) == (7, 9.0)
-    assert found.window.n_in - 7 == tidy(math.ceil(MARGIN * LAG / 0.05))
+    assert found.window.n_in - 7 == tidy(math.ceil(DECAY_MARGIN * LAG / 0.05))
 
 
 def test_given_window_needs_no_motions(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,7 +177,7 @@ def test_window_of_a_rare_pair_is_found_anew_without_it(
     monkeypatch.setattr(lengths, "size_window", sizings)
     found = find_lengths(of_lag(), Lag())
     truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
-    assert truncated == tidy(math.ceil(MARGIN * 5.0 / 0.05))
+    assert truncated == tidy(math.ceil(DECAY_MARGIN * 5.0 / 0.05))
     assert found.sizing is not None
     assert found.sizing.remark is not None
     assert "takes 21 s to meet" in found.sizing.remark
@@ -191,7 +191,7 @@ def test_window_that_was_shortened_grows_again_with_more_motions(
     monkeypatch.setattr(lengths, "size_window", sizings)
     found = find_lengths(of_lag(), Lag())
     truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
-    assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))
+    assert truncated == tidy(math.ceil(DECAY_MARGIN * 9.0 / 0.05))
     assert sizings.left == []
 
 
@@ -199,4 +199,4 @@ def test_window_that_is_a_little_too_long_stays(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(lengths, "size_window", Sizings((9.0,), (5.0,)))
     found = find_lengths(of_lag(), Lag())
     truncated = found.recipe.guess.window.n_in - found.recipe.guess.window.n_out
-    assert truncated == tidy(math.ceil(MARGIN * 9.0 / 0.05))
+    assert truncated == tidy(math.ceil(DECAY_MARGIN * 9.0 / 0.05))

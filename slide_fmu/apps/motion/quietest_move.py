@@ -20,7 +20,7 @@ from slide_fmu.apps.motion.shape import shape
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, quiet
 
-LEAST = 0.01
+LEAST_RESIDUAL = 0.01
 """Smallest fraction of a plain move's residual that is planned."""
 
 ROUNDS = 4
@@ -58,7 +58,7 @@ def quietest(problem: MoveProblem, duration: float, progress: Progress = quiet) 
     def left(move: Move) -> float:
         return move.trusted(residual, response, problem.tolerance)
 
-    allowed = max(margin, LEAST * plain.cost(residual, response, problem.tolerance))
+    allowed = max(margin, LEAST_RESIDUAL * plain.cost(residual, response, problem.tolerance))
     begin = shaped_shares(response, profile, duration)
     tried, rounds, most = list(known), 0, 1 if problem.reference is None else ROUNDS
     while rounds < most:

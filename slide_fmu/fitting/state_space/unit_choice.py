@@ -46,7 +46,7 @@ too."""
 AS_GOOD = 1.02
 """Fewer hidden units are as good if the product of both errors is at most this multiple of the
 least."""
-FAR, GROWTH = 10.0, 10.0
+FAR_AMPLITUDE, FAR_GROWTH = 10.0, 10.0
 """At the first multiple of the held-out amplitudes, outputs may grow by at most the second factor
 faster: as in the test of stability that decides on export."""
 
@@ -201,7 +201,7 @@ def _is_bounded(shape: CellShape, theta: torch.Tensor, segments: Segments) -> bo
     """Return whether outputs stay bounded far beyond the amplitudes of segments."""
     near, far = (
         simulate(shape, theta, factor * segments.features, segments.phi)[0]
-        for factor in (1.0, FAR)
+        for factor in (1.0, FAR_AMPLITUDE)
     )
-    limit = GROWTH * FAR * float((near - near.mean((0, 1))).abs().max())
+    limit = FAR_GROWTH * FAR_AMPLITUDE * float((near - near.mean((0, 1))).abs().max())
     return float((far - near.mean((0, 1))).abs().max()) <= limit  # false for NaN

@@ -103,7 +103,7 @@ def test_outputs_that_grow_too_fast_far_beyond_are_found_out(
     monkeypatch: pytest.MonkeyPatch, growth: float, bounded: bool
 ) -> None:
     """A linear cell grows in proportion."""
-    monkeypatch.setattr(unit_choice, "GROWTH", 2 * growth)
+    monkeypatch.setattr(unit_choice, "FAR_GROWTH", 2 * growth)
     shape = plain(2, 1, 0, 1, bias=False)
     segments = random_segments(shape, 5, 20, 4)
     assert unit_choice._is_bounded(shape, random_theta(shape), segments) == bounded

@@ -191,7 +191,7 @@ def test_factor_of_trajectories_of_one_sample_is_that_of_split_conformal_predict
         np.testing.assert_allclose(interval, [-factors[output], factors[output]], rtol=1e-12)
 
 
-def test_few_trajectories_with_large_errors_do_not_raise_thefloors_of() -> None:
+def test_few_trajectories_with_large_errors_do_not_raise_the_floors() -> None:
     rng = np.random.default_rng(6)
     errors = rng.uniform(0, 1, (50, 40, 2))
     other = np.zeros((50, 40, 1))

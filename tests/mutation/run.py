@@ -69,7 +69,7 @@ MODULES = {
     "sizing": Module(
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),
         ("tests/memory/test_sizing.py", "tests/memory/test_path_dependence.py",
-         "tests/memory/test_time_budget.py", "tests/memory/test_integral.py",
+         "tests/memory/test_time_budget.py",
          "tests/memory/test_lengths.py", "tests/memory/test_motion_lengths.py"),
     ),
     "stability": Module(

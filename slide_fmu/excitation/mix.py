@@ -105,7 +105,7 @@ def reported_names_of(kinds: Sequence[Kind | LoopRecipe]) -> list[str]:
     """Return the names of excitations, those of one kind with a setting in which they differ.
 
     It is the first one that no other excitation of this kind shares, if there is one, such as
-    ``multisine 2 of 0.3 to 5.3 rad/s``. A list or a switch is not told.
+    ``multisine 2 of 0.3 to 5.3 rad/s``. A list or a switch is not reported.
     """
     names = names_of(kinds)
     settings = [_reported_settings(kind) for kind in kinds]

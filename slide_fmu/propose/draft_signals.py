@@ -14,7 +14,7 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.propose.first_look import FirstLook
 from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
-from slide_fmu.systems.declared import Declared, SignalTable, SignalTables
+from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
 
 MARGIN = 0.2
 """Ranges of outputs are wider than the seen values, by this part of them at both ends."""
@@ -56,7 +56,9 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     return found
 
 
-def draft_inputs(found: Declared, given: Ranges, hold: Hold | None = None) -> list[DraftSignal]:
+def draft_inputs(
+    found: DeclaredModel, given: Ranges, hold: Hold | None = None
+) -> list[DraftSignal]:
     """Return the inputs of the surrogate, with the user's ranges or the model's.
 
     Inputs without a hold in the model move between samples if the model steps more finely than its
@@ -84,7 +86,7 @@ def draft_inputs(found: Declared, given: Ranges, hold: Hold | None = None) -> li
     return [_input(name, table, given.get(name), found.kind) for name, table in chosen.items()]
 
 
-def draft_outputs(found: Declared, names: Sequence[str]) -> list[DraftSignal]:
+def draft_outputs(found: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
     """Return the outputs of the surrogate, without ranges that are still to be found.
 
     Raises:
@@ -136,7 +138,7 @@ def names_of(signals: Iterable[DraftSignal]) -> str:
     return ", ".join(signal.name for signal in signals)
 
 
-def _require_declared(what: str, found: Declared, wanted: Mapping[str, str]) -> None:
+def _require_declared(what: str, found: DeclaredModel, wanted: Mapping[str, str]) -> None:
     """Refuse to choose signals of a class; ``wanted`` are names with the option of each."""
     if not wanted:
         return
@@ -171,7 +173,7 @@ def proposed_name(model: str, name: str | None) -> str:
     return name or recipe_name(Path(model.replace(":", "_")).stem)
 
 
-def _chosen(what: str, found: Declared, names: Iterable[str]) -> dict[str, SignalTable]:
+def _chosen(what: str, found: DeclaredModel, names: Iterable[str]) -> dict[str, SignalTable]:
     """Return the inputs or outputs that are named, in that order, else all."""
     offered: SignalTables = getattr(found, f"{what}s")
     wanted: list[str] = []

@@ -39,7 +39,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
 from slide_fmu.systems.base import System, chain_of
-from slide_fmu.systems.declared import Declared, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import UNSIMULATED, describe_model, load_system
 from slide_fmu.systems.specification import Specification
@@ -123,7 +123,7 @@ class ModelDeclarations:
         kind: kind of the inputs.
     """
 
-    declared: Declared
+    declared: DeclaredModel
     inputs: list[DraftSignal]
     outputs: list[DraftSignal]
     chain: ProposedChain
@@ -200,7 +200,7 @@ def _require_fmu_step(options: InitOptions) -> None:
         )
 
 
-def _as_it_runs(found: Declared, options: InitOptions) -> Declared:
+def _as_it_runs(found: DeclaredModel, options: InitOptions) -> DeclaredModel:
     """Return a model's declarations, with the hold of inputs as its importer runs it.
 
     Inputs are held if the surrogate has the same step, and move over longer steps. Inputs that the
@@ -251,7 +251,7 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     return ModelDeclarations(found, inputs, outputs, chain, specification, system, tables, kind)
 
 
-def _only_step(found: Declared, options: InitOptions) -> float | None:
+def _only_step(found: DeclaredModel, options: InitOptions) -> float | None:
     """Return the step in s whose multiples alone a model takes; None if it takes any."""
     return None if found.takes_any_step else options.fmu_step or found.step
 
@@ -401,7 +401,7 @@ def _from_folder(model: str, folder: Path) -> str:
 
 
 def _specification(
-    found: Declared,
+    found: DeclaredModel,
     inputs: list[DraftSignal],
     outputs: list[DraftSignal],
     options: InitOptions,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
-from slide_fmu.systems.declared import Declared, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, SignalTable
 
 REMARK = (
     "slide-fmu wrote this FMU: the recipe has the outputs, the hold of the inputs and the step of "
@@ -14,7 +14,7 @@ REMARK = (
 )
 
 
-def as_surrogate(found: Declared, outputs_chosen: bool) -> Declared:
+def as_surrogate(found: DeclaredModel, outputs_chosen: bool) -> DeclaredModel:
     """Return declarations from the surrogate of an FMU of slide-fmu; all others stay as found.
 
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen

@@ -22,12 +22,12 @@ class Motion(NamedTuple):
     Attributes:
         name: unique name, as in the tables of the recipe.
         kind: kind of its excitation.
-        told: its name in rows, where it may say more; empty for ``name``.
+        full_name: its name in rows, where it may say more; empty for ``name``.
     """
 
     name: str
     kind: str
-    told: str = ""
+    full_name: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,14 +67,14 @@ class KindRules(abc.ABC):
     no_bound: str | None = None
 
     @abc.abstractmethod
-    def begun(self, tables: Tables) -> Tables:
+    def with_first_defaults(self, tables: Tables) -> Tables:
         """Return the tables of a recipe after the first defaults of its kind are filled in.
 
         Raises:
             ValueError: the tables have keys that such a recipe cannot have.
         """
 
-    def ended(self, tables: Tables) -> Tables:
+    def with_last_defaults(self, tables: Tables) -> Tables:
         """Return otherwise complete tables after the last defaults of its kind are filled in."""
         return tables
 

@@ -15,7 +15,7 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import are_other
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.systems.base import Source, Stepping
-from slide_fmu.systems.declared import Declared, SignalTable, SignalTables
+from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
@@ -159,7 +159,7 @@ def _require_unit(label: str, what: str, name: str, table: SignalTable, other: S
 
 
 def _parameters(
-    label: str, declared: Declared, values: dict[str, float], taken: str
+    label: str, declared: DeclaredModel, values: dict[str, float], taken: str
 ) -> dict[str, float]:
     """Return the values of parameters; refuse names that are neither those nor free inputs."""
     known = [parameter.name for parameter in declared.parameters]

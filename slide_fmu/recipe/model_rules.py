@@ -31,7 +31,7 @@ class ModelRules(KindRules):
         "one more is at each corner of their ranges, which the figures above do not count.",
     )
 
-    def begun(self, tables: Tables) -> Tables:
+    def with_first_defaults(self, tables: Tables) -> Tables:
         """Fill in a missing excitation, which follows from the step and the inputs."""
         data, window = tables.get("data", {}), tables.get("window", {})
         step = window.get("step") if isinstance(window, dict) else None

@@ -116,14 +116,10 @@ def _unfindable(recipe: Recipe, open_keys: tuple[str, ...]) -> list[str]:
 
 
 def _with_defaults(tables: Tables) -> tuple[Tables, tuple[str, ...]]:
-    """Return tables with defaults, and the keys that are left to be found, with first guesses.
-
-    Raises:
-        ValueError: a recipe of records has numbers, or the training is of another family.
-    """
+    """Return tables with defaults, and the keys that are left to be found, with first guesses."""
     rules = rules_of_tables(tables)
-    guessed, open_keys = with_guesses(_with_methods(rules.begun(tables)))
-    return rules.ended(_with_iterations(guessed)), open_keys
+    guessed, open_keys = with_guesses(_with_methods(rules.with_first_defaults(tables)))
+    return rules.with_last_defaults(_with_iterations(guessed)), open_keys
 
 
 def _with_methods(values: Tables) -> Tables:

@@ -14,7 +14,7 @@ import numpy as np
 from slide_fmu.features.drive_law import DEFAULT_LAW, DRIVE_LAWS
 from slide_fmu.recipe.default_excitation import InputKind, KindTable
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, DeclaredParameter, SignalTable
 
 WIDTH = 96
 """Comments are wrapped to this many columns."""
@@ -89,7 +89,7 @@ class ModelDraft(Draft):
         jumps: whether inputs that move may jump; None where they cannot.
     """
 
-    declared: Declared
+    declared: DeclaredModel
     excitation: Sequence[KindTable]
     declares_signals: bool = False
     further: Sequence[KindTable] = ()

@@ -50,11 +50,7 @@ def read_record(
     step: float | None = None,
     most: int = MOST_NUMBERS,
 ) -> Record:
-    """Read one record, as ``read_records`` reads several.
-
-    Raises:
-        RecordError: as in ``read_records``.
-    """
+    """Read one record, as ``read_records`` reads several."""
     return read_records([path], names, others=others, time=time, step=step, most=most)[0]
 
 

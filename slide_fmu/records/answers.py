@@ -21,7 +21,7 @@ from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.origin import require_unlearnt
-from slide_fmu.records.part_remarks import remarks_on_division
+from slide_fmu.records.remarks import remarks_on_division
 from slide_fmu.records.segments import Segment, inputs_beyond, segments, unseen_blocks
 from slide_fmu.records.specimens import specimens
 from slide_fmu.surrogate.surrogate import Surrogate

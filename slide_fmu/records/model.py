@@ -94,7 +94,7 @@ def make(specification: Specification) -> MeasuredRecords:
 
 @lru_cache(maxsize=2)
 def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
-    """Make what was made last only if the specification or a file has changed since."""
+    """Read the records; again only if the specification or a file has changed since."""
     specification = Specification.from_json(text)
     names = _columns(specification.inputs), _columns(specification.outputs)
     try:

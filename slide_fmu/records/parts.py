@@ -37,9 +37,6 @@ def in_order_of_time(recipe: Recipe, source: MeasuredRecords) -> Split:
     """Divide the records of a recipe into its parts without leads, even if inputs repeat.
 
     A window is sized by this division, since ``divided`` itself needs a window.
-
-    Raises:
-        RecipeError: as in ``divided``.
     """
     return _split(recipe, source, 0)
 
@@ -50,9 +47,6 @@ def has_known_inputs(recipe: Recipe, source: MeasuredRecords) -> bool:
     That is so if inputs repeat, and if such a part has fewer different inputs than the window
     truncates. Every scored window there then has inputs of other parts, and cutting the records
     into short blocks would only lose samples.
-
-    Raises:
-        RecipeError: as in ``divided``.
     """
     return comes_again(source) and _apart(recipe, source) is None
 
@@ -124,9 +118,6 @@ def longest_scored(recipe: Recipe, source: MeasuredRecords) -> int:
 
     Most are ``MOST`` of the samples of each part, where gaps make blocks of unequal lengths.
     Blocks that are shorter than the window's output do not count.
-
-    Raises:
-        RecipeError: as in ``divided``.
     """
     parts = scored_parts(recipe, source)
     longest = []

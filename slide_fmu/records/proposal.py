@@ -35,7 +35,7 @@ from slide_fmu.records.preparation import Pairing, longest_piece
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.records.rules import KIND
-from slide_fmu.records.sizing import held_against
+from slide_fmu.records.sizing import with_fitting_window
 from slide_fmu.systems.declared import SignalTable
 
 NO_TIMES = "none"
@@ -224,7 +224,7 @@ def _proposed(options: RecordOptions) -> Proposal:
         whole and different >= ENOUGH,
         parameters,
     )
-    draft, more = held_against(draft, options.paths)
+    draft, more = with_fitting_window(draft, options.paths)
     return Proposal(record_recipe_text(draft), draft, (*remarks, *more))
 
 
@@ -247,29 +247,31 @@ def _step(options: RecordOptions, record: Record) -> tuple[float, str]:
     ), "The sample step in s of the first file."
 
 
-class _Acts(NamedTuple):
-    """_Acts holds the hold of inputs, their pairing with outputs, and the evidence for both."""
+class InputBehaviour(NamedTuple):
+    """An InputBehaviour has hold and pairing of inputs, with the evidence for both."""
 
     hold: Hold
     pairing: Pairing
     origin: str
 
 
-def _acts(records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]) -> _Acts:
+def _acts(
+    records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]
+) -> InputBehaviour:
     """Find hold and pairing of inputs by a linear fit of the first record's longest piece."""
     inputs, outputs = longest_piece(records[0], *names)
     answer = answer_of(inputs, outputs)
     pairing = None if answer is None else answer.pairing
     still = len(inputs) > 1 and bool(np.all(np.mean(np.diff(inputs, axis=0) == 0, axis=0) > HELD))
     if pairing == "later" or (pairing is None and still):
-        return _Acts(
+        return InputBehaviour(
             "zero_order",
             "later",
             "The input is held between samples, since outputs answer one sample later."
             if pairing
             else "The input is held between samples, since most of them equal the one before.",
         )
-    return _Acts(
+    return InputBehaviour(
         "first_order",
         "same",
         "The input moves between samples, as measured ones do"
@@ -281,7 +283,7 @@ def _signal(
     records: Sequence[Record],
     column: str,
     given: tuple[float, float] | None,
-    acts: _Acts | None,
+    acts: InputBehaviour | None,
     remarks: list[str],
 ) -> DraftSignal:
     """Return a signal with its range: given or measured, and a little wider for outputs."""

@@ -68,7 +68,7 @@ class RecordRules(KindRules):
         "bound needs hundreds of trajectories of its own"
     )
 
-    def begun(self, tables: Tables) -> Tables:
+    def with_first_defaults(self, tables: Tables) -> Tables:
         """Refuse numbers of trajectories, since they follow from the samples."""
         data = tables.get("data", {})
         given = [key for key in PARTS[:-1] if isinstance(data, Mapping) and key in data]
@@ -79,7 +79,7 @@ class RecordRules(KindRules):
             )
         return {"data": {}, **tables}
 
-    def ended(self, tables: Tables) -> Tables:
+    def with_last_defaults(self, tables: Tables) -> Tables:
         """Fill in the division and the degree of specimens, if not given.
 
         Each file is divided by itself, so that every part has every specimen. The degree of the

@@ -40,9 +40,6 @@ def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajecto
 
     They are the blocks to learn from in the order of time, without leads. Without physical
     parameters there is one specimen.
-
-    Raises:
-        RecipeError: as of ``divided``.
     """
     blocks = in_order_of_time(recipe, source)["train"]
     by_specimen: dict[tuple[float, ...], list[Trajectory]] = {}
@@ -82,11 +79,7 @@ def segments(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Segment
 
 
 def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
-    """Return the whole blocks on which an FMU is measured, each with a lead of one window at most.
-
-    Raises:
-        RecipeError: as of ``divided``.
-    """
+    """Return the blocks on which an FMU is measured, each with a lead of one window at most."""
     unseen = []
     for block in scored_parts(recipe, source)["test"]:
         start = max(0, block.scored - recipe.window.n_in)
@@ -103,9 +96,6 @@ def inputs_beyond(
     Their deviations from the mean are multiplied by the factor. Their starts are evenly spread
     over the training part, which is mirrored at its ends where it is shorter than ``count``
     samples. The shape is (number, count, n_inputs).
-
-    Raises:
-        RecipeError: as of ``divided``.
     """
     blocks = [block.cut(source.pieces).inputs for block in divided(recipe, source)["train"]]
     mean = np.concatenate(blocks).mean(axis=0)

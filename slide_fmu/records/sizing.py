@@ -30,9 +30,9 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.decay import RecordDecay, decay_of_records
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.part_remarks import about_repeats
 from slide_fmu.records.parts import longest_scored
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
+from slide_fmu.records.remarks import about_repeats
 from slide_fmu.records.rules import shares_of
 from slide_fmu.records.segments import learnt_pieces
 
@@ -214,7 +214,9 @@ COARSER = 1e-2
 """Remaining amplitude of initial effects that the window of short records leaves."""
 
 
-def held_against(draft: RecordDraft, paths: Sequence[str]) -> tuple[RecordDraft, tuple[str, ...]]:
+def with_fitting_window(
+    draft: RecordDraft, paths: Sequence[str]
+) -> tuple[RecordDraft, tuple[str, ...]]:
     """Return the draft with a window that fits into the records, and remarks.
 
     The window leaves a larger remaining amplitude than usual if only such a window fits. The paths

@@ -228,8 +228,8 @@ class DeclaredParameter:
 
 
 @dataclass(frozen=True)
-class Declared:
-    """A Declared holds the declarations of a model that has no recipe yet.
+class DeclaredModel:
+    """A DeclaredModel is a model that has no recipe yet, by its declarations.
 
     Attributes:
         kind: one of ``slide_fmu.systems.loading.KINDS``.

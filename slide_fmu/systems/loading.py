@@ -12,7 +12,7 @@ from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import require_unit
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.contract import check_self_description
-from slide_fmu.systems.declared import Declared
+from slide_fmu.systems.declared import DeclaredModel
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 
@@ -28,10 +28,10 @@ KINDS: dict[str, str] = {
 
 The module is imported when it is needed: exudyn is, for models of exudyn alone. Its ``make`` takes
 a ``Specification`` and gives the system, or the records of one; its ``describe`` takes a model's
-name and gives what is ``Declared`` about it; both raise ``LoadError``. Its ``recognises`` says
-whether a model is of the kind, without running it where that can be seen from its name. A kind
-whose models are no files has neither of the last two, and records have no ``describe``: any column
-may be an input or an output.
+name and gives a ``DeclaredModel``; both raise ``LoadError``. Its ``recognises`` says whether a
+model is of the kind, without running it where that can be seen from its name. A kind whose models
+are no files has neither of the last two, and records have no ``describe``: any column may be an
+input or an output.
 """
 UNSIMULATED: dict[str, str] = {"record": "slide_fmu.records"}
 """Kinds that are not simulated, with their room: its module ``rules`` has the ``RULES`` of their
@@ -99,7 +99,7 @@ def kind_module(kind: str) -> ModuleType:
         ) from error
 
 
-def describe_model(model: str, kind: str | None = None) -> Declared:
+def describe_model(model: str, kind: str | None = None) -> DeclaredModel:
     """Return the declarations of a model that has no recipe yet.
 
     Args:
@@ -112,9 +112,9 @@ def describe_model(model: str, kind: str | None = None) -> Declared:
     for name in [kind] if kind is not None else KINDS:
         module = kind_module(name)
         if hasattr(module, "describe") and (kind is not None or module.recognises(model)):
-            return cast(Declared, module.describe(model))
+            return cast(DeclaredModel, module.describe(model))
     if ":" in model:  # it can only be a class, and that kind reports its fault
-        return cast(Declared, kind_module("class").describe(model))
+        return cast(DeclaredModel, kind_module("class").describe(model))
     raise LoadError(
         f"model {model!r} is of no known kind; expected an FMU (.fmu), a Python file that defines "
         "a class of systems, f or simulate, or build (see the documentation of your own model), "

@@ -9,7 +9,7 @@ from typing import cast
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.systems.base import System
 from slide_fmu.systems.contract import check_self_description
-from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable, require_known
+from slide_fmu.systems.declared import DeclaredModel, DeclaredParameter, SignalTable, require_known
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 from slide_fmu.systems.user_code import error_text, imported, refuse_other_file
@@ -49,7 +49,7 @@ def recognises(model: str) -> bool:
     return inspect.isclass(getattr(module, name, None)) if name else bool(_classes_of(model))
 
 
-def describe(model: str) -> Declared:
+def describe(model: str) -> DeclaredModel:
     """Return the declarations of a class: its parameters with their defaults, and its signals.
 
     A file or module without the name of a class stands for the only class of systems in it.
@@ -81,7 +81,7 @@ def describe(model: str) -> Declared:
     )
     parameters = tuple(DeclaredParameter(name, value) for name, value in defaults.items())
     suggested = system.step if step or "step" not in declared else None
-    return Declared("class", model, parameters, inputs, outputs, suggested)
+    return DeclaredModel("class", model, parameters, inputs, outputs, suggested)
 
 
 def _classes_of(model: str) -> list[str]:

@@ -93,8 +93,8 @@ def first_measured(surrogate: Surrogate, burn_in: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class AttackedRun:
-    """An AttackedRun holds the outputs of the reference on inputs, as far as it was simulated.
+class ReferenceRun:
+    """An ReferenceRun holds the outputs of the reference on inputs, as far as it was simulated.
 
     Attributes:
         inputs: in their units, shape (N, n_inputs).
@@ -126,16 +126,18 @@ class Target:
     drawn: Draw
     goes_on: bool = True
 
-    def run(self, inputs: FloatArray) -> AttackedRun:
+    def run(self, inputs: FloatArray) -> ReferenceRun:
         """Run the reference on a whole trajectory, or raise a SimulationError."""
         initial = self.drawn.initial
         if not self.goes_on or initial is None or not isinstance(self.system, Restorable):
-            return AttackedRun(inputs, simulate(self.system, inputs, initial).outputs, ())
+            return ReferenceRun(inputs, simulate(self.system, inputs, initial).outputs, ())
         states: list[State] = []
         outputs = simulate(self.system, inputs, initial, states).outputs
-        return AttackedRun(inputs, outputs, tuple(states))
+        return ReferenceRun(inputs, outputs, tuple(states))
 
-    def run_changed(self, parent: AttackedRun, inputs: FloatArray, changed: slice) -> AttackedRun:
+    def run_changed(
+        self, parent: ReferenceRun, inputs: FloatArray, changed: slice
+    ) -> ReferenceRun:
         """Run the reference on inputs that differ from another run in a range of samples alone.
 
         Samples later than the window, or than the memory of the bound, have forgotten the change.
@@ -147,18 +149,18 @@ class Target:
         states: list[State] = []
         part = inputs[first:end]
         outputs = simulate(self.system, part, parent.states[first], states).outputs
-        return AttackedRun(
+        return ReferenceRun(
             inputs,
             np.concatenate([parent.outputs[:first], outputs]),
             (*parent.states[:first], *states),
         )
 
-    def worst(self, run: AttackedRun) -> tuple[float, int]:
+    def worst(self, run: ReferenceRun) -> tuple[float, int]:
         """Return the largest error over its bound where it is trusted, and its sample."""
         inputs = self.measured(run)
         return inputs.ratio, inputs.step
 
-    def measured(self, run: AttackedRun) -> MeasuredInputs:
+    def measured(self, run: ReferenceRun) -> MeasuredInputs:
         """Measure the surrogate as far as the reference was run."""
         truth = run.outputs[1:]
         return measured_inputs(self.surrogate, run.inputs[: len(truth)], truth, self.first)
@@ -260,8 +262,8 @@ def search(target: Target, rng: np.random.Generator) -> Attack:
 
 
 def _tried(
-    target: Target, parent: AttackedRun, inputs: FloatArray, changed: slice
-) -> tuple[AttackedRun | None, float, int]:
+    target: Target, parent: ReferenceRun, inputs: FloatArray, changed: slice
+) -> tuple[ReferenceRun | None, float, int]:
     """Run changed inputs; return the run, the largest error over its bound, and its sample.
 
     The run is None where the reference fails.

@@ -118,8 +118,8 @@ class ErrorLevels:
 
 
 @dataclass(frozen=True)
-class Named:
-    """A name of some inputs: their group, and the kind in words."""
+class InputsLabel:
+    """An InputsLabel has the group of some inputs, and their kind in words."""
 
     group: str
     inputs: str
@@ -203,7 +203,7 @@ def _same(*steps: float) -> bool:
 def row_of(
     every: Sequence[CallAnswers],
     outputs: Sequence[Signal],
-    named: Named,
+    named: InputsLabel,
     call: Call,
     steps: tuple[float, float],
     levels: ErrorLevels,

@@ -21,7 +21,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import RandomStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.calls import MeasuredMotion, Named
+from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import CONSTANT
 
@@ -38,7 +38,7 @@ CORNERS, STEADY = "at the corners of the inputs' ranges", "inside of the inputs'
 
 def constant_motions(
     surrogate: Surrogate, case: Case, progress: Progress
-) -> dict[Named, list[MeasuredMotion]]:
+) -> dict[InputsLabel, list[MeasuredMotion]]:
     """Simulate the reference at constant inputs; nothing where the inputs are never held.
 
     Inputs of planned motions and angles are never held. Points at which the reference fails are
@@ -50,7 +50,7 @@ def constant_motions(
     system, count = case.reference, len(surrogate.inputs)
     groups = {CORNERS: corners_of_box(count), STEADY: points_inside(count, INSIDE)}
     done, total = 0, sum(len(points) for points in groups.values())
-    named: dict[Named, list[MeasuredMotion]] = {}
+    named: dict[InputsLabel, list[MeasuredMotion]] = {}
     progress(0, total)
     for name, points in groups.items():
         motions, failed = list[MeasuredMotion](), list[str]()
@@ -61,7 +61,7 @@ def constant_motions(
                 failed.append(f"{_named(surrogate, point)}: {error}")
             done += 1
             progress(done, total)
-        named[Named(CONSTANT, name, tuple(failed))] = motions
+        named[InputsLabel(CONSTANT, name, tuple(failed))] = motions
     return named
 
 
@@ -77,11 +77,7 @@ def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
 def _rest_at(
     surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray
 ) -> MeasuredMotion:
-    """Go to a point, and count the outputs when all rests there.
-
-    Raises:
-        SimulationError: the reference could not be simulated.
-    """
+    """Go to a point, and count the outputs when all rests there."""
     step = recipe.window.step
     window = max(surrogate.memory_length, round(recipe.data.burn_in / step))
     start = np.mean([[s.low, s.high] for s in surrogate.inputs], axis=1)

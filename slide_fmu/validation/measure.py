@@ -22,8 +22,8 @@ from slide_fmu.validation.adversarial import Attack
 from slide_fmu.validation.calls import (
     CallAnswers,
     ErrorLevels,
+    InputsLabel,
     MeasuredMotion,
-    Named,
     answers,
     row_of,
 )
@@ -91,7 +91,9 @@ class Meter:
         signals = self.surrogate.inputs, self.surrogate.outputs
         return [answers(self.fmu, *signals, one, call, self.step / steps) for one in motions]
 
-    def rows(self, named: Named, motions: Sequence[MeasuredMotion], calls: Calls) -> list[Row]:
+    def rows(
+        self, named: InputsLabel, motions: Sequence[MeasuredMotion], calls: Calls
+    ) -> list[Row]:
         """Return a row for each of the calls, as far as it has a communication point that counts.
 
         Raises:
@@ -122,11 +124,11 @@ class Meter:
             every = [one for some in by_kind.values() for one in some]
             for name, some in {ALL: every, **by_kind}.items():
                 if some:
-                    rows.append(self._row(some, Named(group, name), call, steps))
+                    rows.append(self._row(some, InputsLabel(group, name), call, steps))
         return [row for row in rows if row is not None]
 
     def _row(
-        self, given: Sequence[CallAnswers], named: Named, call: Call, steps: float
+        self, given: Sequence[CallAnswers], named: InputsLabel, call: Call, steps: float
     ) -> Row | None:
         lengths = self.step / steps, self.step
         return row_of(given, self.surrogate.outputs, named, call, lengths, self.levels)
@@ -184,7 +186,7 @@ def rows_of(
             rows += further_rows(case.source, meter, first, case, bar)
         attacked = [_of_attack(attack, first.surrogate) for attack in attacks]
         if attacked:
-            words = Named(SEARCH, "noise that a search has made worse")
+            words = InputsLabel(SEARCH, "noise that a search has made worse")
             rows += meter.rows(words, attacked, meter.usual_calls())
     return tuple(rows)
 
@@ -193,7 +195,7 @@ def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
     """Return the motions of a validation by the names of their kinds."""
     recipe = validation.recipe
     by_name: dict[str, list[MeasuredMotion]] = {}
-    names = [motion.told or motion.name for motion in rules_of(recipe).motions(recipe)]
+    names = [motion.full_name or motion.name for motion in rules_of(recipe).motions(recipe)]
     for comparison in validation.comparisons:
         if comparison.motion is not None:
             by_name.setdefault(names[comparison.kind], []).append(comparison.motion)
@@ -274,7 +276,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
     rows = []
     if surrogate.hold == "first_order":
         chosen = [c.motion for c in in_range.comparisons[:TRAJECTORIES] if c.motion is not None]
-        rows = meter.rows(Named(SMOOTH, OF_TRAINING), chosen, calls)
+        rows = meter.rows(InputsLabel(SMOOTH, OF_TRAINING), chosen, calls)
     progress(3, 3)
     return rows
 

@@ -22,7 +22,13 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.calls import CallAnswers, ErrorLevels, MeasuredMotion, Named, row_of
+from slide_fmu.validation.calls import (
+    CallAnswers,
+    ErrorLevels,
+    InputsLabel,
+    MeasuredMotion,
+    row_of,
+)
 from slide_fmu.validation.input_courses import InputCourse
 from slide_fmu.validation.row import SMOOTH, Row
 from slide_fmu.validation.task import Task, entropy_of
@@ -89,9 +95,9 @@ class SmoothMotions:
     hz: tuple[float, float]
 
     @property
-    def named(self) -> Named:
+    def named(self) -> InputsLabel:
         """Their group and name."""
-        return Named(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
+        return InputsLabel(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
 
 
 def smooth_motions(surrogate: Surrogate, case: Case, task: Task) -> SmoothMotions:

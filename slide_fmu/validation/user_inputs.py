@@ -24,7 +24,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError, SimulationError
-from slide_fmu.validation.calls import MeasuredMotion, Named
+from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.smooth_inputs import fine_truth
@@ -44,7 +44,9 @@ SINE, TRIANGLE = "sine", "triangle"
 """Words in the names of kinds behind which frequency and amplitude stand."""
 
 
-def told(name: str, channels: Sequence[Channel], motions: Sequence[Sequence[Waveform]]) -> str:
+def name_with_ranges(
+    name: str, channels: Sequence[Channel], motions: Sequence[Sequence[Waveform]]
+) -> str:
     """Return the name of a kind of input with the ranges of what was drawn.
 
     Args:
@@ -225,7 +227,7 @@ class UserInput:
 
 def user_motions(
     surrogate: Surrogate, case: Case, task: Task, progress: Progress
-) -> dict[Named, list[MeasuredMotion]]:
+) -> dict[InputsLabel, list[MeasuredMotion]]:
     """Simulate the reference on inputs as users set them, from rest on; failures are named.
 
     Inputs that each move by themselves act at their own times: the reference is simulated at its
@@ -239,7 +241,7 @@ def user_motions(
     kinds = OF_MOTIONS if moving else OF_INPUTS
     fine = None if moving else _fine(case)
     done, total = 0, TRAJECTORIES * len(kinds)
-    named: dict[Named, list[MeasuredMotion]] = {}
+    named: dict[InputsLabel, list[MeasuredMotion]] = {}
     progress(0, total)
     for number, (name, drawing) in enumerate(kinds.items()):
         motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
@@ -253,8 +255,8 @@ def user_motions(
                 failed.append(str(error))
             done += 1
             progress(done, total)
-        words = told(name, channels, [inputs.waveforms for inputs in drawn])
-        named[Named(AS_SET, words, tuple(failed))] = motions
+        words = name_with_ranges(name, channels, [inputs.waveforms for inputs in drawn])
+        named[InputsLabel(AS_SET, words, tuple(failed))] = motions
     return named
 
 

@@ -25,7 +25,7 @@ from slide_fmu.importer.file import unpacked
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.systems.simulation import simulate
-from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion, Named
+from slide_fmu.validation.calls import ErrorLevels, InputsLabel, MeasuredMotion
 from slide_fmu.validation.input_courses import Stairs
 from slide_fmu.validation.measure import Meter
 
@@ -65,7 +65,7 @@ def rows_of_fmu(fmu: Path, bar: Stages) -> list[dict[str, Any]]:
             truth = simulate(case.system_with_step(step), rows).outputs
             motion = MeasuredMotion(Stairs(step, rows), truth, step, BURN_IN)
             meter = Meter(files, surrogate, ErrorLevels(truth.mean(axis=0), None))
-            (row,) = meter.rows(Named("held", "between"), [motion], [("plain", 1 / part)])
+            (row,) = meter.rows(InputsLabel("held", "between"), [motion], [("plain", 1 / part)])
             found.append(
                 {
                     "held_for_s": None if every is None else every * own,

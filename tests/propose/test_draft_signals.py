@@ -9,7 +9,7 @@ from slide_fmu.propose.draft_signals import draft_inputs, parse_range, ranged_ou
 from slide_fmu.propose.first_look import FirstLook
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
-from slide_fmu.systems.declared import Declared, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, SignalTable
 
 OUTPUTS = [DraftSignal(name, SignalTable(), "") for name in ("moves", "rests")]
 
@@ -38,7 +38,7 @@ def test_output_that_rests_is_left_out_unless_it_was_chosen() -> None:
 
 def test_start_value_outside_of_the_given_range_goes_to_its_end() -> None:
     """FMUs mostly start their inputs at 0, which a pressure or a temperature never is."""
-    found = Declared("fmu", "boiler.fmu", (), {"heat": SignalTable(start=0.0)})
+    found = DeclaredModel("fmu", "boiler.fmu", (), {"heat": SignalTable(start=0.0)})
     [inside] = draft_inputs(found, {"heat": (-1.0, 1.0)})
     assert (inside.table.start, inside.origin.count("start value")) == (0.0, 0)
     for limits, start in (((280.0, 350.0), 280.0), ((-3.0, -2.0), -2.0)):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from slide_fmu.recipe.default_excitation import default_excitation
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.writing import DraftSignal, ModelDraft, recipe_name, recipe_text
-from slide_fmu.systems.declared import Declared, DeclaredParameter, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, DeclaredParameter, SignalTable
 
 ROAD = {
     "front.road [m]": SignalTable(
@@ -17,7 +17,7 @@ ROAD = {
     )
 }
 TRAVEL = {"travel": SignalTable(unit="m", range=(-0.1, 0.2))}
-FOUND = Declared(
+FOUND = DeclaredModel(
     "fmu",
     "my models/car.fmu",
     (
@@ -29,7 +29,7 @@ FOUND = Declared(
 )
 
 
-def draft(found: Declared = FOUND, name: str = "car", step: float = 0.01) -> ModelDraft:
+def draft(found: DeclaredModel = FOUND, name: str = "car", step: float = 0.01) -> ModelDraft:
     inputs = tuple(DraftSignal(*pair, "Given.") for pair in ROAD.items())
     outputs = tuple(DraftSignal(*pair, "Seen.") for pair in TRAVEL.items())
     said = name, 'a car, "quarter"', inputs, outputs, step, "It was\ngiven."
@@ -76,7 +76,7 @@ def test_recipe_of_a_class_has_no_tables_of_signals() -> None:
     step=st.floats(1e-6, 100.0),
 )
 def test_any_names_of_a_model_survive(text: str, step: float) -> None:
-    found = Declared("fmu", text, (DeclaredParameter(text, 1.0, text, text),), ROAD, TRAVEL)
+    found = DeclaredModel("fmu", text, (DeclaredParameter(text, 1.0, text, text),), ROAD, TRAVEL)
     recipe = parse_open_recipe(recipe_text(draft(found, step=step)), "draft").guess
     assert (recipe.system.model, recipe.window.step) == (text, step)
 

@@ -15,8 +15,8 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.parts import scored_parts
+from slide_fmu.records.remarks import remarks_on_division
 from tests.own_records import RECIPE, STEP
 
 EDGE = 3

@@ -13,8 +13,8 @@ from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.part_remarks import left_out, remarks_on_division
 from slide_fmu.records.parts import divided, longest_scored
+from slide_fmu.records.remarks import left_out, remarks_on_division
 from slide_fmu.records.segments import inputs_beyond, learnt_pieces, segments, unseen_blocks
 from tests.marks import needs_app
 from tests.own_records import RECIPE, write_record

@@ -12,8 +12,8 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.part_remarks import remarks_on_division
 from slide_fmu.records.parts import divided
+from slide_fmu.records.remarks import remarks_on_division
 from slide_fmu.records.segments import learnt_pieces, unseen_blocks
 from slide_fmu.records.sizing import size_records
 from tests.own_records import RECIPE, write_record

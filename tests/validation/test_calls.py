@@ -13,8 +13,8 @@ from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.validation.calls import (
     CallAnswers,
     ErrorLevels,
+    InputsLabel,
     MeasuredMotion,
-    Named,
     answers,
     row_of,
 )
@@ -47,7 +47,7 @@ def row(fmu: UnpackedFmu, motion: MeasuredMotion, call: Call, step: float) -> Ro
     found = row_of(
         [answers(fmu, [INPUT], [OUTPUT], motion, call, step)],
         [OUTPUT],
-        Named("in range", "ramp"),
+        InputsLabel("in range", "ramp"),
         call,
         (step, STEP),
         LEVELS,
@@ -120,7 +120,7 @@ def test_an_error_is_silent_only_if_the_same_output_is_harmful_and_above_its_bou
     levels = ErrorLevels(np.zeros(2), np.array([1.0, 0.01]))
     error = np.array([[0.5, 0.1], [0.5, 0.3]])
     found = row_of(
-        [made(error, [True, True])], [OUTPUT, OUTPUT], Named("", ""), "plain", (1, 1), levels
+        [made(error, [True, True])], [OUTPUT, OUTPUT], InputsLabel("", ""), "plain", (1, 1), levels
     )
     assert found is not None
     assert (found.harmful, found.silent) == (1.0, 0.5)
@@ -132,7 +132,7 @@ def test_without_a_usual_level_nothing_is_harmful() -> None:
     found = row_of(
         [made(np.full((2, 1), 9.0), [True, True])],
         [OUTPUT],
-        Named("", ""),
+        InputsLabel("", ""),
         "plain",
         (1, 1),
         ErrorLevels(np.zeros(1)),

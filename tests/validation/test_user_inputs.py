@@ -22,7 +22,7 @@ from slide_fmu.validation.user_inputs import (
     OF_MOTIONS,
     Drawing,
     UserInput,
-    told,
+    name_with_ranges,
     user_motions,
 )
 from slide_fmu.validation.waveforms import HeldLevels, RepeatedMoves, StoppedTone, Tone, Triangle
@@ -99,29 +99,32 @@ def test_a_stopped_tone_stays_and_is_then_released() -> None:
 
 def test_names_say_frequencies_and_amplitudes_with_their_units() -> None:
     slow, fast = (Tone(350.0, size, 2 * math.pi * hz, 0.0) for size, hz in ((40, 0.5), (200, 2)))
-    assert told("a slow sine", [FORCE], [[slow], [fast]]) == (
+    assert name_with_ranges("a slow sine", [FORCE], [[slow], [fast]]) == (
         "a slow sine of 0.5 to 2 Hz with an amplitude of 40 to 200 N"
     )
     stopped = StoppedTone(slow, 1.0, 2.0, 0.0)
-    assert told("a slow sine that stops, then a release", [FORCE], [[stopped]]) == (
+    assert name_with_ranges("a slow sine that stops, then a release", [FORCE], [[stopped]]) == (
         "a slow sine of 0.5 Hz with an amplitude of 40 N that stops, then a release"
     )
     triangle = Triangle(0.0, 2.0, 2 * math.pi, 0.0)
-    assert told("a slow triangle", [ANGLE], [[triangle]]).endswith(
+    assert name_with_ranges("a slow triangle", [ANGLE], [[triangle]]).endswith(
         "of 1 Hz with an amplitude of 1 rad"
     )
     warm = Tone(300.0, 10.0, 2 * math.pi, 0.0)
-    assert told("a fast sine", [FORCE, HEATED], [[slow, warm]]) == (
+    assert name_with_ranges("a fast sine", [FORCE, HEATED], [[slow, warm]]) == (
         "a fast sine of 0.5 to 1 Hz with an amplitude of 3.1 to 25 % of each range"
     )
 
 
 def test_names_say_how_long_levels_last_and_how_fast_axes_move() -> None:
     levels = HeldLevels((0.0, 1.0), (0.03, 1.234))
-    assert told("steps", [FORCE], [[levels]]) == "steps every 0.03 to 1.2 s"
+    assert name_with_ranges("steps", [FORCE], [[levels]]) == "steps every 0.03 to 1.2 s"
     moves = RepeatedMoves(0.0, 1.0, 1.4, 5.7, 0.1)
-    assert told("moves and rests", [JOINT], [[moves]]) == "moves and rests at up to 1.4 rad/s"
-    pair = told("moves and rests", [JOINT, FORCE], [[moves, moves]])
+    assert (
+        name_with_ranges("moves and rests", [JOINT], [[moves]])
+        == "moves and rests at up to 1.4 rad/s"
+    )
+    pair = name_with_ranges("moves and rests", [JOINT, FORCE], [[moves, moves]])
     assert pair == "moves and rests"  # of different units
 
 

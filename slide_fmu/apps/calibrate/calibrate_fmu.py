@@ -27,8 +27,8 @@ from slide_fmu.surrogate.surrogate import Surrogate
 
 
 @dataclass(frozen=True)
-class Measured:
-    """Measured names the measured records and their columns.
+class RecordFiles:
+    """RecordFiles names the measured records and their columns.
 
     Attributes:
         paths: files of records with the same columns.
@@ -64,7 +64,9 @@ class FittedCourse:
     fitted: Mapping[str, FloatArray]
 
 
-def fitted_courses(fmu: Path, measured: Measured, calibration: Calibration) -> list[FittedCourse]:
+def fitted_courses(
+    fmu: Path, measured: RecordFiles, calibration: Calibration
+) -> list[FittedCourse]:
     """Return the records of a calibration, from where the surrogate has seen a whole window.
 
     Arguments and errors are as in ``calibrate_fmu``, whose result is ``found``.
@@ -88,7 +90,7 @@ def fitted_courses(fmu: Path, measured: Measured, calibration: Calibration) -> l
 
 
 def calibrate_fmu(
-    fmu: Path, measured: Measured, fixed: Mapping[str, float], seed: int
+    fmu: Path, measured: RecordFiles, fixed: Mapping[str, float], seed: int
 ) -> tuple[Calibration, tuple[str, ...]]:
     """Fit the parameters of an FMU to records, resampled to its step.
 
@@ -133,7 +135,7 @@ def require_ssv(path: Path) -> None:
 
 
 def _arrays(
-    surrogate: Surrogate, measured: Measured
+    surrogate: Surrogate, measured: RecordFiles
 ) -> tuple[list[FloatArray], list[FloatArray], tuple[str, ...]]:
     """Return inputs and outputs of parts without gaps, and remarks about the records.
 

@@ -87,7 +87,7 @@ def calibrate(
 ) -> None:
     """Fit the physical parameters of an FMU to measured records, with 95 % intervals."""
     from slide_fmu.apps.calibrate.calibrate_fmu import (
-        Measured,
+        RecordFiles,
         calibrate_fmu,
         require_ssv,
         write_parameters,
@@ -99,7 +99,7 @@ def calibrate(
         columns = pairs_of("input", inputs, "COLUMN"), pairs_of("output", outputs, "COLUMN")
         fixed = numbers_of("fix", fix)
         chosen = cast("Pairing | None", pairing)
-        measured = Measured(tuple(records), *columns, time, step, chosen)
+        measured = RecordFiles(tuple(records), *columns, time, step, chosen)
         calibration, remarks = calibrate_fmu(fmu, measured, fixed, seed)
         if output is not None:
             write_parameters(calibration, output)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.apps.compare.baselines.base import Budget, Frozen
+from slide_fmu.apps.compare.baselines.base import Budget, NetworkBaseline
 from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, BaselineCandidate
 from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
@@ -195,7 +195,7 @@ def _own(
         structure=_size(network),
         cpu_seconds=own.seconds,
     )
-    frozen = Frozen(network, own.surrogate.window, len(own.surrogate.outputs))
+    frozen = NetworkBaseline(network, own.surrogate.window, len(own.surrogate.outputs))
     return bench.measured(model, frozen)
 
 

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Frozen, Stepped
+from slide_fmu.apps.compare.baselines.base import Baseline, NetworkBaseline, SteppedBaseline
 from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
 from slide_fmu.apps.compare.model_figures import ModelFigures, ModelOutput
 from slide_fmu.core.measures import TINY, rms
@@ -132,7 +132,7 @@ class StepTimes:
     @contextmanager
     def _fmu_of(self, baseline: Baseline) -> Iterator[tuple[UnpackedFmu, Surrogate] | None]:
         """Export one of our networks as an FMU; None for other models."""
-        if not isinstance(baseline, Frozen):
+        if not isinstance(baseline, NetworkBaseline):
             yield None
             return
         network, window = baseline.network, baseline.window
@@ -144,7 +144,7 @@ class StepTimes:
     def _seconds(self, baseline: Baseline, fmu: tuple[UnpackedFmu, Surrogate] | None) -> float:
         if fmu is not None:
             return self._in_fmu(*fmu)
-        assert isinstance(baseline, Stepped)
+        assert isinstance(baseline, SteppedBaseline)
         inputs = self.surrogate.input_scaling.apply(self._inputs)
         outputs = self.surrogate.output_scaling.apply(self.motion.outputs)
         start, times = outputs[: baseline.start_length], []

@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.toml_table import Table
 from slide_fmu.systems.base import Linearizable, State
 from slide_fmu.systems.declared import (
-    Declared,
+    DeclaredModel,
     DeclaredParameter,
     ModelFile,
     Parameter,
@@ -289,12 +289,8 @@ def recognises(model: str) -> bool:
     return inspect.isfunction(vars(module).get(function or BUILD))
 
 
-def describe(model: str) -> Declared:
-    """Build a model and say what it declares.
-
-    Raises:
-        LoadError: as of ``make``.
-    """
+def describe(model: str) -> DeclaredModel:
+    """Build a model and say what it declares."""
     file = read_model(model)
     inputs, outputs = _with_ranges(file.inputs), _with_ranges(file.outputs)
     step = file.step or _TRIED_STEP
@@ -306,7 +302,7 @@ def describe(model: str) -> Declared:
         values["start"] = "initial"
         remarks += system.remarks
     parameters = tuple(DeclaredParameter(name, value) for name, value in values.items())
-    return Declared(
+    return DeclaredModel(
         "exudyn", model, parameters, file.inputs, file.outputs, file.step, remarks=tuple(remarks)
     )
 

@@ -20,7 +20,7 @@ from slide_fmu.systems.base import (
     System,
     finite_vector,
 )
-from slide_fmu.systems.declared import Declared
+from slide_fmu.systems.declared import DeclaredModel
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.fmu.file import (
     PREFIX,
@@ -102,7 +102,7 @@ def recognises(model: str) -> bool:
     return model.endswith(".fmu")
 
 
-def describe(model: str) -> Declared:
+def describe(model: str) -> DeclaredModel:
     """Return the declarations of an FMU.
 
     Raises:
@@ -111,7 +111,7 @@ def describe(model: str) -> Declared:
     file = read_fmu_file(model, FmuOptions())
     inputs = tables_of(file, "input")
     hold = _proposed_hold(file, inputs)
-    return Declared(
+    return DeclaredModel(
         "fmu",
         model,
         parameters_of(file),

@@ -136,9 +136,6 @@ class ModelEquations:
 
         The solver begins anew at every jump. Arguments are those of ``after_step``, and the part
         of the step after which each input jumps, NaN where it moves evenly, shape (n_inputs,).
-
-        Raises:
-            SimulationError: as of ``after_step``.
         """
         jumps = ~np.isnan(at)
         rate = read_only(np.where(jumps, 0.0, (reached - last) / self.step))

@@ -11,7 +11,7 @@ from typing import Any
 
 from slide_fmu.systems.base import System
 from slide_fmu.systems.declared import (
-    Declared,
+    DeclaredModel,
     DeclaredParameter,
     ModelFile,
     merged_parameters,
@@ -71,7 +71,7 @@ def recognises(model: str) -> bool:
     return "f" in values or "simulate" in values
 
 
-def describe(model: str) -> Declared:
+def describe(model: str) -> DeclaredModel:
     """Say what a user's file declares, without making a system of it.
 
     Raises:
@@ -79,7 +79,7 @@ def describe(model: str) -> Declared:
     """
     file, _ = read_model(model)
     parameters = tuple(DeclaredParameter(name, value) for name, value in file.parameters.items())
-    return Declared("function", model, parameters, file.inputs, file.outputs, file.step)
+    return DeclaredModel("function", model, parameters, file.inputs, file.outputs, file.step)
 
 
 def read_model(name: str) -> tuple[ModelFile, Mapping[str, Any]]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Budget, Frozen
+from slide_fmu.apps.compare.baselines.base import Budget, NetworkBaseline
 from slide_fmu.apps.compare.baselines.gradient import (
     AdamTraining,
     Gru,
@@ -30,7 +30,7 @@ def test_fir_has_the_impulse_response_of_a_linear_system() -> None:
     assert learnt.structure == "41 taps"  # all that the window lets an output depend on
     (inputs,), (outputs,) = record(linear, 1, 5)
     assert error(learnt.baseline.simulate(inputs, outputs[:0]), outputs[1:]) < 1e-2
-    assert isinstance(learnt.baseline, Frozen)
+    assert isinstance(learnt.baseline, NetworkBaseline)
     network = learnt.baseline.network
     assert isinstance(network, FeedForward)
     responses = network.layers[0].weights[0, ::-1] / network.features.scaling.scale

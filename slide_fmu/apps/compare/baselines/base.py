@@ -35,8 +35,8 @@ class Baseline(abc.ABC):
         """
 
 
-class Stepped(Baseline):
-    """A Stepped is a baseline that cannot be an FMU: its library takes its steps. Interface."""
+class SteppedBaseline(Baseline):
+    """A SteppedBaseline cannot be an FMU: its library takes its steps. Interface."""
 
     @abc.abstractmethod
     def step_along(self, inputs: FloatArray, start: FloatArray) -> FloatArray:
@@ -44,8 +44,8 @@ class Stepped(Baseline):
 
 
 @final
-class Frozen(Baseline):
-    """A Frozen is one of our networks as a baseline; it needs no first outputs.
+class NetworkBaseline(Baseline):
+    """A NetworkBaseline is one of our networks as a baseline; it needs no first outputs.
 
     Attributes:
         network: maps scaled inputs to scaled outputs.

@@ -10,7 +10,13 @@ from typing import final
 import numpy as np
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, Frozen, Stepped
+from slide_fmu.apps.compare.baselines.base import (
+    Budget,
+    Course,
+    FittedBaseline,
+    NetworkBaseline,
+    SteppedBaseline,
+)
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
@@ -129,7 +135,7 @@ def fit_paper_network(lesson: Lesson, budget: Budget, progress: Progress) -> Fit
     )
     module.initialise(torch.Generator().manual_seed(lesson.seed))
     course = _trained(module, lesson, window, "feed_forward", budget, progress)
-    baseline = Frozen(module.freeze(), window, lesson.n_outputs)
+    baseline = NetworkBaseline(module.freeze(), window, lesson.n_outputs)
     words = f"2 x 100 ReLU units, {course.steps} steps"
     return FittedBaseline(baseline, words, course.cut, course)
 
@@ -169,7 +175,7 @@ class GruModule(torch.nn.Module):
 
 
 @final
-class Gru(Stepped):
+class Gru(SteppedBaseline):
     """A Gru runs along a sequence; the first input is held for one window before."""
 
     def __init__(self, module: GruModule, lesson: Lesson) -> None:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, NetworkBaseline
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress
@@ -60,5 +60,5 @@ def _variants(
         weights = np.linalg.solve(damped, target).T.astype(np.float32)
         layer = Layer(weights[:, :-1].copy(), weights[:, -1].copy(), "identity")
         network = FeedForward((layer,), taps, lesson.features)
-        variants.append((f"{taps} taps", Frozen(network, window, n_outputs)))
+        variants.append((f"{taps} taps", NetworkBaseline(network, window, n_outputs)))
     return variants

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import torch
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Frozen
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, NetworkBaseline
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress, quiet
@@ -56,4 +56,4 @@ def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:
             lesson.window, lesson.features, pairs[0], pairs[1], Path(folder) / "linear.pt"
         )
         network_of_order = fit_state_space(problem, network, training, quiet).network
-    return [(f"order {order}", Frozen(network_of_order, lesson.window, lesson.n_outputs))]
+    return [(f"order {order}", NetworkBaseline(network_of_order, lesson.window, lesson.n_outputs))]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, Frozen
+from slide_fmu.apps.compare.baselines.base import Budget, Course, FittedBaseline, NetworkBaseline
 from slide_fmu.core.progress import Progress, quiet, quiet_stages
 from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.feature_choice import roles_of
@@ -96,7 +96,7 @@ class OwnNetwork:
                 shorter = recipe.training.model_copy(update={"steps": steps})
                 network = FITS[type(self.table)](problem, self.table, shorter, progress).network
                 cut, course = True, None
-        baseline = Frozen(network, surrogate.window, len(surrogate.outputs))
+        baseline = NetworkBaseline(network, surrogate.window, len(surrogate.outputs))
         return FittedBaseline(baseline, "", cut, course)
 
 

@@ -16,7 +16,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, Stepped
+from slide_fmu.apps.compare.baselines.base import Baseline, Budget, FittedBaseline, SteppedBaseline
 from slide_fmu.apps.compare.baselines.lesson import Lesson
 from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress
@@ -54,7 +54,7 @@ def require_sysidentpy() -> None:
 
 
 @final
-class Polynomial(Stepped):
+class Polynomial(SteppedBaseline):
     """A Polynomial has one fitted sysidentpy model for each output, of the same lags."""
 
     def __init__(self, models: Sequence[Any], lags: int) -> None:

@@ -13,7 +13,6 @@ from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.core.units import behind, ratio
 from slide_fmu.core.web.charts import Axis, Band, Chart, Line, Panel, Style, colour_of
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.results import Validation
 
@@ -192,11 +191,6 @@ def outside_parts(chosen: Comparison, part: slice) -> list[tuple[float, float]]:
     if chosen.trust is None:
         return []
     return parts_of(chosen.trust.flagged[part], chosen.time[part])
-
-
-def words_of_flag(surrogate: Surrogate) -> str:
-    """Say what the FMU reports of samples that it flags, for legends."""
-    return "not trusted (trusted is false)" if surrogate.bound is not None else ""
 
 
 def parts_of(flags: NDArray[np.bool_], time: FloatArray) -> list[tuple[float, float]]:

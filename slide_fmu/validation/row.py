@@ -7,7 +7,7 @@ Console, report, card, JSON, credentials and the table of the README show rows a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -163,12 +163,6 @@ def kinds_of(rows: Iterable[Row]) -> list[tuple[str, str]]:
     """Return group and inputs of all rows, each once, in the order in which they are shown."""
     kinds = dict.fromkeys((row.group, row.inputs) for row in rows)
     return sorted(kinds, key=lambda kind: (_place(kind[0]), kind[1] != ALL))
-
-
-def of_the_call(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows of the plain call, or of known inputs where the plain one is not known."""
-    plain = [row for row in rows if row.call == "plain"]
-    return plain or [row for row in rows if row.call == "known"]
 
 
 def _place(group: str) -> int:

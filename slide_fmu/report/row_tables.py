@@ -38,7 +38,7 @@ class CallWords:
 CALLS: dict[Call, CallWords] = {
     "plain": CallWords("plain call", "in the plain call"),
     "known": CallWords("inputs known to the step's end", "with inputs known to the step's end"),
-    "model": CallWords("plain call of the finest model", "in a plain call of the finest model"),
+    "model": CallWords("finest model", "in a plain call of the finest model"),
 }
 """Calls in words, in the order in which they are shown."""
 

@@ -11,9 +11,8 @@ import numpy as np
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.array_files import read_hdf5, read_mat
 from slide_fmu.record_files.csv_file import read_csv
-from slide_fmu.record_files.hdf5_file import read_hdf5
-from slide_fmu.record_files.mat_file import read_mat
 from slide_fmu.record_files.parquet_file import read_parquet
 from slide_fmu.record_files.record import NoTimesError, Record, RecordError, shortened
 from slide_fmu.record_files.table import (

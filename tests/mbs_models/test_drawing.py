@@ -12,8 +12,7 @@ from matplotlib.image import imread
 
 from mbs_models.pictures import drawing
 from mbs_models.pictures.drawing import draw_slider_crank
-from mbs_models.pictures.facets import Camera, Facets, ball, tube
-from mbs_models.pictures.robot_drawing import draw_robot
+from mbs_models.pictures.robot_drawing import Camera, Facets, ball, draw_robot, tube
 from mbs_models.robot_6r.robot_6r import Robot6R
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray

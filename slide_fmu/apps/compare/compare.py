@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,12 +14,11 @@ from slide_fmu.apps.compare.baselines.candidates import CANDIDATES, BaselineCand
 from slide_fmu.apps.compare.baselines.lesson import Lesson, lesson_of
 from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
 from slide_fmu.apps.compare.baselines.polynomial import require_sysidentpy
-from slide_fmu.apps.compare.kept_comparison import KeptComparison
 from slide_fmu.apps.compare.measurement import ComparisonBench, StepTimes, UnseenTest, fmu_of
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.apps.compare.sections import baselines_report, linear_remark
 from slide_fmu.core.progress import Stages
-from slide_fmu.core.result_cache import key_of
+from slide_fmu.core.result_cache import ResultFile, damage_named, key_of
 from slide_fmu.data.draws import TEST, Stream, probe
 from slide_fmu.data.trajectories import Split, Trajectories, values_of_draws
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated, unseen_motions
@@ -32,6 +32,54 @@ from slide_fmu.pipeline.run_folder import StageError, Trained
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import RecipeError
+
+
+@dataclass(frozen=True)
+class KeptComparison:
+    """A KeptComparison is a folder with the results of comparisons."""
+
+    path: Path
+
+    def figures(self, name: str, key: str, find: Callable[[], ModelFigures]) -> ModelFigures:
+        """Return the figures of a model; they are computed if none with this key are stored.
+
+        Raises:
+            DamagedFileError: a stored file is damaged.
+        """
+        file = ResultFile.of(self.path, name, key)
+        known = file.read_json(ModelFigures)
+        if known is not None:
+            return known
+        figures = find()
+        file.write_json(figures)
+        return figures
+
+    def motions(self, key: str, find: Callable[[], Sequence[UnseenMotion]]) -> list[UnseenMotion]:
+        """Return unseen motions; they are simulated if none with this key are stored.
+
+        Raises:
+            DamagedFileError: a stored file is damaged.
+        """
+        file = ResultFile.of(self.path, "unseen", key, suffix=".npz")
+        known = file.read_arrays()
+        if known is not None:
+            with damage_named(file.path, "arrays that compare wrote"):
+                numbers = range(len(known["about"]))
+                return [
+                    UnseenMotion(
+                        known[f"inputs_{number}"],
+                        known[f"outputs_{number}"],
+                        *known["about"][number].tolist(),
+                    )
+                    for number in numbers
+                ]
+        motions = list(find())
+        arrays = {"about": np.array([[motion.burn_in, motion.kind] for motion in motions])}
+        for number, motion in enumerate(motions):
+            arrays[f"inputs_{number}"], arrays[f"outputs_{number}"] = motion.inputs, motion.outputs
+        file.write_arrays(arrays)
+        return motions
+
 
 FOLDER = "compare"
 

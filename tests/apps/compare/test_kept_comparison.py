@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slide_fmu.apps.compare.kept_comparison import KeptComparison
+from slide_fmu.apps.compare.compare import KeptComparison
 from slide_fmu.apps.compare.model_figures import ModelFigures
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data.unseen import UnseenMotion

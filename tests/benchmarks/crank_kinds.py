@@ -17,7 +17,6 @@ from motion_profiles import (
     end_of,
     filled,
     smoothed,
-    to_rest,
     to_speed,
     turned,
 )
@@ -25,6 +24,7 @@ from numpy.random import Generator
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.speed_profile import fastest_phases
 from slide_fmu.systems.base import State, System
 
 DEGREE = math.pi / 180.0
@@ -69,7 +69,7 @@ def _moves(
 
     def move() -> Segments:
         distance = rng.uniform(*distances) * rng.choice([-1.0, 1.0])
-        there = to_rest(float(distance), 0.0, limits.speed, limits.acceleration)
+        there = fastest_phases(float(distance), 0.0, limits.speed, limits.acceleration)
         return [*there, (float(rng.uniform(*dwells)), 0.0)]
 
     return filled(float(times[-1]), move)
@@ -138,7 +138,7 @@ def jog_by_degrees(rng: Generator, times: FloatArray, harsh: bool) -> FloatArray
     def jog() -> Segments:
         side = one_way if rng.uniform() < 0.7 else -one_way
         distance = side * DEGREE * float(rng.integers(1, 31))
-        there = to_rest(distance, 0.0, limits.speed, limits.acceleration)
+        there = fastest_phases(distance, 0.0, limits.speed, limits.acceleration)
         return [*there, (float(rng.uniform(0.05, 0.6)), 0.0)]
 
     return _director(rng, along(times, filled(float(times[-1]), jog)))
@@ -314,7 +314,7 @@ def reversal_in_mid_move(rng: Generator, times: FloatArray, harsh: bool) -> Floa
     def part() -> Segments:
         nonlocal speed
         goal = float(rng.uniform(-8.0, 8.0))
-        there = to_rest(goal, speed, limits.speed, limits.acceleration)
+        there = fastest_phases(goal, speed, limits.speed, limits.acceleration)
         if rng.uniform() < 0.7:
             there = _called_off(rng, there)
         else:

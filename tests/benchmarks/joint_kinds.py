@@ -20,13 +20,13 @@ from motion_profiles import (
     filled,
     length_of,
     smoothed,
-    to_rest,
     to_speed,
 )
 from numpy.random import Generator
 
 from mbs_models.robot_6r.puma_560 import JOINTS, LIMITS
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.excitation.speed_profile import fastest_phases
 from slide_fmu.systems.base import RandomStates, State, System
 
 DEGREE = math.pi / 180.0
@@ -79,7 +79,10 @@ def _through(
     for before, after, dwell in zip(poses[:-1], poses[1:], dwells[1:], strict=True):
         way = np.maximum(np.abs(after - before), 1e-9)
         speed, acceleration = np.min(limits.speeds / way), np.min(limits.accelerations / way)
-        segments += [*to_rest(1.0, 0.0, float(speed), float(acceleration)), (float(dwell), 0.0)]
+        segments += [
+            *fastest_phases(1.0, 0.0, float(speed), float(acceleration)),
+            (float(dwell), 0.0),
+        ]
 
     def places(at: FloatArray) -> FloatArray:
         done = along(at, segments)
@@ -118,7 +121,7 @@ def _own_moves(
             way = float(rng.uniform(0.1, 1.0) * longest[joint] * rng.choice([-1.0, 1.0]))
             goal = float(np.clip(place + way, -most, most))
             speed, change = limits.speeds[joint], limits.accelerations[joint]
-            there = to_rest(goal - place, 0.0, float(speed), float(change))
+            there = fastest_phases(goal - place, 0.0, float(speed), float(change))
             place = goal
             return [(float(rng.uniform(*dwells)), 0.0), *there]
 
@@ -147,7 +150,7 @@ def minimum_time_moves(rng: Generator, times: FloatArray, harsh: bool) -> FloatA
     while lasting < times[-1]:
         goal = _pose(rng)
         moves = [
-            to_rest(float(way), 0.0, float(speed), float(change))
+            fastest_phases(float(way), 0.0, float(speed), float(change))
             for way, speed, change in zip(
                 goal - places, limits.speeds, limits.accelerations, strict=True
             )
@@ -170,7 +173,7 @@ def reversal_in_mid_move(rng: Generator, times: FloatArray, harsh: bool) -> Floa
 
         def part() -> Segments:
             nonlocal place, speed
-            there = to_rest(float(rng.uniform(-most, most)) - place, speed, top, change)
+            there = fastest_phases(float(rng.uniform(-most, most)) - place, speed, top, change)
             if rng.uniform() < 0.7:
                 there = cut(there, float(rng.uniform(0.2, 0.9)) * length_of(there))
             way, speed = end_of(there, speed)
@@ -208,7 +211,7 @@ def emergency_stop(rng: Generator, times: FloatArray, harsh: bool) -> FloatArray
         goal = _pose(rng)
         way = np.maximum(np.abs(goal - places), 1e-9)
         speed, change = np.min(limits.speeds / way), np.min(limits.accelerations / way)
-        move = to_rest(1.0, 0.0, float(rng.uniform(0.5, 1.0) * speed), float(0.5 * change))
+        move = fastest_phases(1.0, 0.0, float(rng.uniform(0.5, 1.0) * speed), float(0.5 * change))
         if rng.uniform() < 0.6:
             move = cut(move, float(rng.uniform(0.3, 0.6)) * length_of(move))
             _, now = end_of(move)

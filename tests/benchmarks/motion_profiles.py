@@ -47,22 +47,6 @@ def smoothed(
     return np.asarray(np.mean([positions(times - offset) for offset in offsets], axis=0))
 
 
-def to_rest(distance: float, speed: float, limit: float, acceleration: float) -> Segments:
-    """Return the minimum-time motion from a speed to rest, at a distance.
-
-    Args:
-        speed: at its begin, within the limit.
-        limit: of the speed.
-        acceleration: its limit.
-    """
-    side = math.copysign(1.0, distance - speed * abs(speed) / (2.0 * acceleration))
-    peak = min(limit, math.sqrt(max(0.0, acceleration * side * distance + 0.5 * speed**2)))
-    rest = side * distance - (2.0 * peak**2 - speed**2) / (2.0 * acceleration)
-    held = max(0.0, rest / peak) if peak > 0.0 else 0.0
-    first = max(0.0, (peak - side * speed) / acceleration)
-    return [(first, side * acceleration), (held, 0.0), (peak / acceleration, -side * acceleration)]
-
-
 def to_speed(now: float, wanted: float, acceleration: float) -> Segments:
     """Return the change from one speed to another by an acceleration, given as positive."""
     return [(abs(wanted - now) / acceleration, math.copysign(acceleration, wanted - now))]

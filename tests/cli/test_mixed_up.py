@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.propose.proposal import propose
 from tests.cli.test_habits import DUFFING, said
 from tests.marks import of_app
 
@@ -114,7 +113,7 @@ def test_recipe_that_is_there_is_refused_before_the_model_is_simulated(
         raise AssertionError("the model was simulated")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(f"{propose.__module__}.propose", simulate)
+    monkeypatch.setattr("slide_fmu.propose.first_recipe.propose", simulate)
     Path("spring.py").write_text(MODEL, encoding="utf-8")
     Path("spring.toml").write_text("name = 'mine'", encoding="utf-8")
     Path("other.toml").write_text("name = 'mine'", encoding="utf-8")

@@ -28,7 +28,7 @@ from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import checked, open_job
 from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
-from slide_fmu.pipeline.run_folder import StageError, Trained, recipe_of_provenance
+from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
@@ -116,7 +116,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: boo
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
             shutil.copy(drawn, job.folder.path)
-        trained = Trained(surrogate, {}, origin["versions"])
+        trained = TrainedSurrogate(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
         known = None if search else _known_search(found or {})
         made = measure_trained(job, trained, origin, check_window(job), wanted, None, known)

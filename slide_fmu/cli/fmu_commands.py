@@ -61,13 +61,13 @@ def export(
     ] = None,
 ) -> None:
     """Write the FMU of a trained recipe, or renew an FMU with this version."""
-    from slide_fmu.pipeline.export import Request
+    from slide_fmu.pipeline.export import ExportRequest
     from slide_fmu.pipeline.export import export as write
 
     with progress_bars() as bar:
         version: Literal[2, 3] = 3 if fmi == 3 else 2
         kind: bool | Literal["scalar"] = "scalar" if scalar else sources
-        request = Request(source, output, version, kind, seed, data_seed, runs)
+        request = ExportRequest(source, output, version, kind, seed, data_seed, runs)
         written = write(request, bar)
     write_json(json_path, {"fmu": str(written.path), "remark": written.remark})
     show_remark(written.remark)

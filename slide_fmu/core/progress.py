@@ -50,8 +50,8 @@ def part_of(progress: Progress, name: str = "", at_most: bool = False) -> Progre
 
 @final
 @dataclass(frozen=True)
-class Heard:
-    """A Heard passes progress on and calls a listener, or hides the error.
+class ProgressListener:
+    """A ProgressListener passes progress on and calls a function, or hides the error.
 
     Attributes:
         shown: the progress that shows it, part by part.
@@ -71,7 +71,7 @@ class Heard:
 
     def part(self, name: str, at_most: bool) -> Progress:
         """Open a part of the stage, with the same listener."""
-        return Heard(part_of(self.shown, name, at_most), self.hear, self.with_error)
+        return ProgressListener(part_of(self.shown, name, at_most), self.hear, self.with_error)
 
 
 def quiet_stages(stage: str) -> Progress:

@@ -17,7 +17,7 @@ from typing import Any, final
 
 import torch
 
-from slide_fmu.core.progress import Heard, Stages
+from slide_fmu.core.progress import ProgressListener, Stages
 from slide_fmu.core.result_cache import ResultFile, key_of
 from slide_fmu.fitting.errors import TrainingError
 
@@ -102,7 +102,7 @@ class CpuTime:
             if self.seconds - self._written > WRITE_EVERY:
                 self.keep()
 
-        return lambda name: Heard(stages(name), keep_at_times)
+        return lambda name: ProgressListener(stages(name), keep_at_times)
 
     def keep(self) -> float:
         """Write the time to the file, and return it in s."""

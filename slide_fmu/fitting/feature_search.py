@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.progress import Heard, Stages, quiet
+from slide_fmu.core.progress import ProgressListener, Stages, quiet
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.window import Window
 from slide_fmu.data.trajectories import Split
@@ -132,7 +132,7 @@ def search_features(
     trials = dataclasses.replace(trials, splits=(learnt, judged))
     about = trials.window, training, trials.offered.geometry, str(trials.eigenvalues)
     key = checkpoint_key(about, learnt, judged)
-    show = Heard(progress(STAGE), with_error=not training.expert.even_out)
+    show = ProgressListener(progress(STAGE), with_error=not training.expert.even_out)
     tried: dict[int, History | None] = {}
 
     def error(index: int) -> float:

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import final
 
-from slide_fmu.core.progress import Heard, Progress, part_of, quiet_stages
+from slide_fmu.core.progress import Progress, ProgressListener, part_of, quiet_stages
 from slide_fmu.fitting.preparation import FitPreparation, Work, prepare, scales_of
 from slide_fmu.fitting.state_space.fit_data import fit_data
 from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
@@ -54,7 +54,7 @@ class LearningCurve:
         assert isinstance(training, LeastSquaresRecipe)
         read = self._work.trajectories.read
         splits = [read("train", train), read("validation", validation)]
-        progress = Heard(progress, with_error=not training.expert.even_out)
+        progress = ProgressListener(progress, with_error=not training.expert.even_out)
         if self._prepared is None:
             work = replace(self._work, progress=partial(part_of, progress))
             self._prepared = prepare(work, scales_of(work, splits), splits)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.core.progress import Heard, Progress
+from slide_fmu.core.progress import Progress, ProgressListener
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fitting.checkpoint import CpuTime
@@ -87,7 +87,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     prepared = prepare(work, scales, splits)
     even_out = getattr(recipe.training.expert, "even_out", False)
     relative = known is None and scales.noise is None and not even_out
-    shown = Heard(work.progress(part.stage), with_error=relative)
+    shown = ProgressListener(work.progress(part.stage), with_error=relative)
     problem = prepared.problem(splits, checkpoint)
     fitted = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
     history = replace(fitted.history, cpu_seconds=spent.keep(), relative=relative)

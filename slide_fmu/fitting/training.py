@@ -15,7 +15,7 @@ from typing import Any
 
 import torch
 
-from slide_fmu.core.progress import Heard, Progress
+from slide_fmu.core.progress import Progress, ProgressListener
 from slide_fmu.fitting.adam import AdamW
 from slide_fmu.fitting.checkpoint import read_checkpoint, reading, write_checkpoint
 from slide_fmu.fitting.errors import TrainingError
@@ -100,7 +100,7 @@ def train(
     state = _restore(checkpoint, model, optimizer)
     generator = torch.Generator(device=training.inputs.device)
     loss_sum = 0.0
-    shown = Heard(progress, with_error=objective.relative)
+    shown = ProgressListener(progress, with_error=objective.relative)
     shown(state["step"], recipe.steps, state["best_error"])
     for step in range(state["step"], recipe.steps):
         # every step has its own seed, so its batch is the same after a restart

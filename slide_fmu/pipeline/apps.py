@@ -49,7 +49,7 @@ class Release:
 
 
 @dataclass(frozen=True)
-class Repeated:
+class RepeatedRun:
     """This is the result of repeating a run that an FMU carries.
 
     Attributes:
@@ -92,7 +92,7 @@ class App:
     check_origin: Callable[[Surrogate, Provenance | None], object] | None = None
     members: Callable[[Release], Mapping[str, bytes]] | None = None
     problems: Callable[[Path, Surrogate, Provenance | None], list[str]] | None = None
-    repeat: Callable[[Path, Surrogate], Repeated | None] | None = None
+    repeat: Callable[[Path, Surrogate], RepeatedRun | None] | None = None
     section: Callable[[Path], str] | None = None
     services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
 
@@ -110,8 +110,8 @@ def unusable_apps() -> list[str]:
 @cache
 def _installed() -> Mapping[str, App | str]:
     """Return all installed apps by their names, sorted; in place of a broken one, the reason."""
-    found = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
-    return {entry.name: _loaded(entry) for entry in found}
+    entries = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
+    return {entry.name: _loaded(entry) for entry in entries}
 
 
 def _loaded(entry: EntryPoint) -> App | str:
@@ -137,19 +137,19 @@ def subcommands_of_apps(
     A subcommand is left out if it or its app cannot be loaded, or if its name is one of the
     ``others`` or that of another app.
     """
-    found: dict[str, Callable[..., None]] = {}
+    subcommands: dict[str, Callable[..., None]] = {}
     left_out = unusable_apps()
     for owner, app in apps().items():
         for name, module in app.subcommands.items():
-            if name in found or name in others:
+            if name in subcommands or name in others:
                 reason = f"there is a subcommand {name!r} already"
                 left_out.append(_unusable(owner, module, reason))
                 continue
             try:
-                found[name] = getattr(import_module(module), name)
+                subcommands[name] = getattr(import_module(module), name)
             except Exception as error:  # as above
                 left_out.append(_unusable(owner, module, f"{type(error).__name__}: {error}"))
-    return found, left_out
+    return subcommands, left_out
 
 
 def service(name: str) -> Callable[..., Any] | None:
@@ -196,13 +196,13 @@ def with_origins(provenance: Provenance, recipe: Recipe, surrogate: Surrogate) -
 
     Errors come from the apps.
     """
-    found = dict(provenance)
+    origins = dict(provenance)
     for app in apps().values():
         for key in app.origin_keys:
-            found.pop(key, None)
+            origins.pop(key, None)
         if app.origin is not None:
-            found |= app.origin(recipe, surrogate)
-    return found
+            origins |= app.origin(recipe, surrogate)
+    return origins
 
 
 def check_origins(surrogate: Surrogate, provenance: Provenance | None) -> None:
@@ -218,11 +218,11 @@ def check_origins(surrogate: Surrogate, provenance: Provenance | None) -> None:
 
 def all_members(release: Release) -> dict[str, bytes]:
     """Return the files of a release and of all apps, by their names in the FMU."""
-    found = dict(release.members)
+    members = dict(release.members)
     for app in apps().values():
         if app.members is not None:
-            found |= app.members(release)
-    return found
+            members |= app.members(release)
+    return members
 
 
 def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> Iterator[str]:
@@ -236,7 +236,7 @@ def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None)
             yield from app.problems(fmu, surrogate, provenance)
 
 
-def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, Repeated]:
+def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, RepeatedRun]:
     """Repeat the runs that an FMU carries, by the names of the apps.
 
     Raises:

@@ -102,17 +102,17 @@ def _lines(text: str) -> list[str]:
     return [line for line in text.split("\n") if line.strip()]
 
 
-def _other_lines(found: list[str], expected: list[str]) -> Iterator[tuple[str, str]]:
+def _other_lines(lines: list[str], expected: list[str]) -> Iterator[tuple[str, str]]:
     """Pair lines that differ; the other one is empty where a line is too many."""
-    matcher = SequenceMatcher(None, found, expected, autojunk=False)
+    matcher = SequenceMatcher(None, lines, expected, autojunk=False)
     for tag, first, last, first_of, last_of in matcher.get_opcodes():
         if tag != "equal":
-            yield from zip_longest(found[first:last], expected[first_of:last_of], fillvalue="")
+            yield from zip_longest(lines[first:last], expected[first_of:last_of], fillvalue="")
 
 
-def disagreements(member: str, found: Iterable[str]) -> Iterator[str]:
+def disagreements(member: str, differences: Iterable[str]) -> Iterator[str]:
     """Name the places in which a member of an FMU differs from its provenance."""
-    others = list(found)
+    others = list(differences)
     for other in others[:SHOWN]:
         yield f"{member} does not say what {PROVENANCE} says: {other}; {REMEDY}"
     if len(others) > SHOWN:

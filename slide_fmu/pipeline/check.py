@@ -16,7 +16,7 @@ from slide_fmu.fmu.export import DESCRIPTION, Provenance, read_fmu
 from slide_fmu.fmu.libraries.platforms import library_members
 from slide_fmu.fmu.libraries.sources import FOLDER as SOURCES
 from slide_fmu.importer.errors import CoSimulationError, FmuError
-from slide_fmu.pipeline.apps import Repeated, app_problems, apps, repeated
+from slide_fmu.pipeline.apps import RepeatedRun, app_problems, apps, repeated
 from slide_fmu.pipeline.card_check import card_problems
 from slide_fmu.pipeline.documents import CARD
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -40,7 +40,7 @@ class CheckFigures:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckResult:
     """This is the result of checking an FMU.
 
     Attributes:
@@ -51,7 +51,7 @@ class Checked:
     """
 
     problems: list[str]
-    repeated: Mapping[str, Repeated] = field(default_factory=dict)
+    repeated: Mapping[str, RepeatedRun] = field(default_factory=dict)
     parts: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
 
@@ -62,7 +62,7 @@ class Checked:
         return CheckFigures(str(fmu), problems, self.parts, self.left_out, repeated)
 
 
-def check(fmu: Path, run: bool) -> Checked:
+def check(fmu: Path, run: bool) -> CheckResult:
     """Check an FMU; its experiment is repeated only if its library may be run in any case.
 
     Args:
@@ -74,9 +74,9 @@ def check(fmu: Path, run: bool) -> Checked:
     try:
         surrogate, provenance = read_fmu(fmu)
         if archive_problems(fmu):
-            return Checked(problems)
+            return CheckResult(problems)
     except (FmuError, OSError):  # check_fmu has reported it
-        return Checked(problems)
+        return CheckResult(problems)
     checked = _check_contents(fmu, surrogate, provenance, problems, run)
     repeatable = not run and not checked.problems
     return replace(checked, left_out=left_out(provenance, repeatable))
@@ -95,26 +95,26 @@ def left_out(provenance: Provenance | None, repeatable: bool) -> tuple[str, ...]
 
 def _check_contents(
     fmu: Path, surrogate: Surrogate, provenance: Provenance | None, problems: list[str], run: bool
-) -> Checked:
+) -> CheckResult:
     """Check what an FMU that can be read says about itself, after its library."""
     try:
-        found = app_problems(fmu, surrogate, provenance)
-        problems += dict.fromkeys([*found, *card_problems(fmu, surrogate, provenance)])
+        of_apps = app_problems(fmu, surrogate, provenance)
+        problems += dict.fromkeys([*of_apps, *card_problems(fmu, surrogate, provenance)])
         # the problems above tell more about a member than a different hash
         problems = problems or hash_problems(fmu, CHANGEABLE if run else ())
         if problems:
-            return Checked(problems)
+            return CheckResult(problems)
         by_us = other_writer(provenance) is None
         parts = checked_parts(fmu, surrogate, run, by_us)
         if not run:
-            return Checked(problems, parts=parts)
+            return CheckResult(problems, parts=parts)
         runs = repeated(fmu, surrogate)
     except (FmuError, OSError) as error:
-        return Checked([*problems, str(error)])
+        return CheckResult([*problems, str(error)])
     except CoSimulationError as error:
-        return Checked([f"the experiment cannot be repeated: {error}"])
+        return CheckResult([f"the experiment cannot be repeated: {error}"])
     others = [problem for one in runs.values() for problem in one.problems]
-    return Checked(
+    return CheckResult(
         others, runs, (*parts, *["the experiment that it carries, repeated"] * bool(runs))
     )
 

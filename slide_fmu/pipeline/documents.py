@@ -28,11 +28,11 @@ def write_release(
     The provenance in it names this version of slide-fmu, whose words these files have.
     The version of FMI, C sources and errors are as in ``slide_fmu.fmu.export.export_fmu``.
     """
-    found = all_members(release)
+    members = all_members(release)
     folders = {
         folder: {
             name.removeprefix(f"{folder}/"): content
-            for name, content in found.items()
+            for name, content in members.items()
             if name.startswith(f"{folder}/")
         }
         for folder in (DOCUMENTATION, EXTRA)

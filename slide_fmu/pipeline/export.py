@@ -34,8 +34,8 @@ WRITTEN_ANEW = (BINARIES, f"{SOURCES}/", DESCRIPTION, "model.png", "terminalsAnd
 
 
 @dataclass(frozen=True)
-class Request:
-    """A Request names the source of an FMU; an option is None if it was not given.
+class ExportRequest:
+    """An ExportRequest names the source of an FMU; an option is None if it was not given.
 
     Attributes:
         source: recipe that was trained, or FMU.
@@ -57,14 +57,14 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Exported:
-    """An Exported FMU has a path, and perhaps a remark for its user."""
+class ExportResult:
+    """An ExportResult is the path of the written FMU, perhaps with a remark for its user."""
 
     path: Path
     remark: str | None = None
 
 
-def export(request: Request, bar: Stages) -> Exported:
+def export(request: ExportRequest, bar: Stages) -> ExportResult:
     """Write the FMU of a recipe, or of an FMU.
 
     Raises:
@@ -88,10 +88,10 @@ def export(request: Request, bar: Stages) -> Exported:
         raise ValueError(
             f"export of {request.source} has no target; expected the FMU to write: give -o PATH"
         )
-    return Exported(export_again(request.source, request.path, request.fmi, request.sources))
+    return ExportResult(export_again(request.source, request.path, request.fmi, request.sources))
 
 
-def _export_recipe(request: Request, bar: Stages) -> Exported:
+def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
     """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error. One
@@ -116,15 +116,15 @@ def _export_recipe(request: Request, bar: Stages) -> Exported:
     remark = None
     try:
         if finished.exists() and _is_of(finished, surrogate, origin):
-            return Exported(export_again(finished, path, request.fmi, request.sources))
+            return ExportResult(export_again(finished, path, request.fmi, request.sources))
     except FmuError as error:
         remark = (
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
     release = Release(surrogate, job.case, origin)
-    found = write_release(release, path, request.fmi, request.sources)
-    return Exported(found, remark)
+    written = write_release(release, path, request.fmi, request.sources)
+    return ExportResult(written, remark)
 
 
 def _is_of(fmu: Path, surrogate: Surrogate, origin: Provenance) -> bool:
@@ -133,8 +133,8 @@ def _is_of(fmu: Path, surrogate: Surrogate, origin: Provenance) -> bool:
     Raises:
         FmuError: the file is damaged, or is not an FMU.
     """
-    other, found = read_fmu(fmu)
-    same = {key: value for key, value in (found or {}).items() if key in origin} == origin
+    other, provenance = read_fmu(fmu)
+    same = {key: value for key, value in (provenance or {}).items() if key in origin} == origin
     return same and other.to_bytes() == surrogate.to_bytes()
 
 
@@ -148,7 +148,7 @@ def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) ->
             since it was written.
         ValueError: the path does not end in ``.fmu``.
     """
-    surrogate, found = read_fmu(source)
+    surrogate, provenance = read_fmu(source)
     for problem in hash_problems(source, WRITTEN_ANEW):
         raise FmuError(f"{source}: {problem}")
     return export_fmu(
@@ -156,13 +156,13 @@ def export_again(source: Path, path: Path, fmi: FmiVersion, sources: Sources) ->
         path,
         fmi=fmi,
         sources=sources,
-        provenance=found,
+        provenance=provenance,
         documentation=read_folder(source, DOCUMENTATION),
         extra=read_folder(source, EXTRA),
     )
 
 
-def _refuse_options_of_recipes(request: Request) -> None:
+def _refuse_options_of_recipes(request: ExportRequest) -> None:
     seeds = {"--seed": request.training_seed, "--data-seed": request.data_seed}
     options = {**seeds, "--runs": request.runs}
     given = [f"{name} {value}" for name, value in options.items() if value is not None]

@@ -169,11 +169,11 @@ def with_values(job: Job, values: FoundValues) -> Job:
     Raises:
         RecipeError: the values do not fit the recipe.
     """
-    found = job.open_recipe.with_found(values, f"recipe {job.recipe.name!r}")
+    complete = job.open_recipe.with_found(values, f"recipe {job.recipe.name!r}")
     tables = {**job.resolved, **values}
     resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
-    case = job.case.with_recipe(found.guess)
-    return replace(job, case=case, open_keys=found.open_keys, resolved=resolved)
+    case = job.case.with_recipe(complete.guess)
+    return replace(job, case=case, open_keys=complete.open_keys, resolved=resolved)
 
 
 def checked(job: Job) -> Job:
@@ -225,10 +225,10 @@ def provenance(job: Job, versions: Mapping[str, str]) -> Provenance:
 
 def versions() -> dict[str, str]:
     """Return the versions of the packages that a surrogate depends on, here and now."""
-    found = {"python": platform.python_version()}
+    installed = {"python": platform.python_version()}
     for name in VERSIONS_OF:
         try:
-            found[name] = metadata.version(name)
+            installed[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            installed[name] = "not installed"
+    return installed

@@ -78,13 +78,13 @@ def _require_object(surrogate: Surrogate, recipe: Recipe, system: System, fmu: P
         raise StageError(
             f"system = {system!r}; expected a System, the object from which {fmu} was made"
         )
-    wanted, found = (
+    wanted, given = (
         [(s.name, s.unit, s.hold) for s in (*one.inputs, *one.outputs)]
         for one in (surrogate, system)
     )
-    if wanted != found:
+    if wanted != given:
         raise StageError(
-            f"system has the signals {found} (name, unit, hold); expected those of {fmu}, "
+            f"system has the signals {given} (name, unit, hold); expected those of {fmu}, "
             f"{wanted}: give the object from which it was made"
         )
 
@@ -104,9 +104,9 @@ def measured(
         SimulationError: the reference cannot be simulated on drawn motions; the message begins
             with the name of the validation.
     """
-    surrogate, found = read_fmu(fmu)
+    surrogate, provenance = read_fmu(fmu)
     require_another(fmu, case.recipe)
-    require_same_origin(case.source, dict(found or {}), str(fmu))
+    require_same_origin(case.source, dict(provenance or {}), str(fmu))
     progress = bar(_title(task))
     try:
         return validate(fmu, surrogate, case, task, progress, workers)
@@ -185,16 +185,16 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     An error estimator has its own range of amplitudes; with an error bound alone, it is the range
     of the trajectories beyond. The reference of records is unknown beyond them.
     """
-    found = {IN_RANGE: Task(seed, trajectories)}
+    wanted = {IN_RANGE: Task(seed, trajectories)}
     tells = recipe.estimator is not None or recipe.bound is not None
     driven = bool(recipe.data.excitation)  # records are not
     if driven and recipe.estimator is not None and recipe.estimator.beyond:
-        found[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.expert.amplitude_factor)
+        wanted[BEYOND] = Task(seed + 1, trajectories, recipe.estimator.expert.amplitude_factor)
     elif tells and recipe.data.beyond:
-        found[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
+        wanted[BEYOND] = Task(seed + 1, trajectories, recipe.data.beyond_factor)
     if recipe.validation.excitation:
-        found[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
-    return found
+        wanted[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
+    return wanted
 
 
 def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:

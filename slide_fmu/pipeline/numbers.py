@@ -81,7 +81,7 @@ def find_numbers(
         return known
     train = case.recipe.data.train
     if "data.train" in open_keys:
-        staged = _Staged(case, folder, bar, place, recipe_folder)
+        staged = _CurveData(case, folder, bar, place, recipe_folder)
         train = _learnt_from(_whole_curve(case, folder, staged).points)
     cost = _cost(case, folder, bar) if _needs_cost(open_keys) else 0.0
     return _numbers_with(case.recipe, open_keys, train, cost)
@@ -236,7 +236,7 @@ def _file(case: Case, folder: RunFolder, name: str) -> ResultFile:
     return ResultFile.of(folder.cache, name, tables, data, model)
 
 
-def _whole_curve(case: Case, folder: RunFolder, staged: _Staged) -> Curve:
+def _whole_curve(case: Case, folder: RunFolder, staged: _CurveData) -> Curve:
     """Go on with the curve that the folder keeps, until it has ended, and return it.
 
     It is found with one thread, so that every machine sums in the same order, with the same
@@ -289,8 +289,8 @@ def _enough(point: CurvePoint) -> str | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Staged:
-    """A _Staged workplace makes the trajectories of a curve, stage by stage."""
+class _CurveData:
+    """The trajectories of a learning curve, made stage by stage."""
 
     case: Case
     folder: RunFolder

@@ -18,7 +18,7 @@ from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
 from slide_fmu.pipeline.measurement import measured, remarks_on_range, require_another, tasks
 from slide_fmu.pipeline.numbers import kept_curve
-from slide_fmu.pipeline.run_folder import Trained
+from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from slide_fmu.pipeline.stages import (
     check_window,
     choose_numbers,
@@ -51,7 +51,7 @@ this name in the run folder is used."""
 
 
 @dataclass(frozen=True, eq=False)
-class Finished:
+class FinishedRun:
     """A finished run has an FMU, the page of its report, the figures of ``report.json``, and
     their verdict (``slide_fmu.report.verdict``)."""
 
@@ -67,7 +67,7 @@ def run_recipe(
     trajectories: int | None,
     workers: int | None,
     threads: int,
-) -> Finished:
+) -> FinishedRun:
     """Make the FMU of a recipe; results of an earlier run are used again.
 
     Args:
@@ -102,13 +102,13 @@ def run_recipe(
 
 def measure_trained(
     job: Job,
-    trained: Trained,
+    trained: TrainedSurrogate,
     origin: Provenance,
     sizing: AnySizing,
     wanted: Mapping[str, Task],
     workers: int | None,
     known_search: Sequence[Row] | None = None,
-) -> Finished:
+) -> FinishedRun:
     """Measure a trained surrogate as FMU, and write the FMU with its report and its figures.
 
     What is measured is a bare FMU in a folder for the moment. The place of the FMU gets the
@@ -186,8 +186,12 @@ def _validations(
 
 
 def _write_finished(
-    job: Job, trained: Trained, origin: Provenance, measurement: RunMeasurement, bare: Path
-) -> Finished:
+    job: Job,
+    trained: TrainedSurrogate,
+    origin: Provenance,
+    measurement: RunMeasurement,
+    bare: Path,
+) -> FinishedRun:
     """Write report, card, pictures and at last the FMU; ``bare`` is the FMU that was measured."""
     recipe, surrogate, folder = job.recipe, trained.surrogate, job.folder
     figures, response = run_figures(job.case, measurement, job.command, trained.versions)
@@ -207,7 +211,7 @@ def _write_finished(
     write_whole(folder.path / "card.md", card.encode("utf-8"))
     fmu = folder.fmu(recipe)
     write_whole(fmu, whole.read_bytes())
-    return Finished(fmu, page, figures, report.verdict.sentences)
+    return FinishedRun(fmu, page, figures, report.verdict.sentences)
 
 
 def _searched(job: Job, surrogate: Surrogate, in_range: Validation) -> list[Attack]:

@@ -27,8 +27,8 @@ class StageError(ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
-    """A Trained surrogate is kept by the run folder with the history of its training.
+class TrainedSurrogate:
+    """A TrainedSurrogate is kept by the run folder with the history of its training.
 
     Attributes:
         surrogate: the surrogate, with its error estimator if it has one.
@@ -49,7 +49,7 @@ class TrainingRecord:
         key: key of all that decided the training.
         surrogate: SHA-256 of the surrogate file.
         recipe: the recipe as resolved.
-        versions, histories: as of ``Trained``.
+        versions, histories: as of ``TrainedSurrogate``.
     """
 
     key: str
@@ -108,7 +108,7 @@ class RunFolder:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"
 
-    def save_training(self, trained: Trained, recipe: Recipe, key: str = "") -> None:
+    def save_training(self, trained: TrainedSurrogate, recipe: Recipe, key: str = "") -> None:
         """Keep a trained surrogate with its recipe, and the key of what decided the training."""
         data = trained.surrogate.to_bytes()
         record = TrainingRecord(
@@ -129,7 +129,7 @@ class RunFolder:
                 "or name the folder of its run: --runs FOLDER"
             )
 
-    def load_surrogate(self, recipe: Recipe) -> Trained:
+    def load_surrogate(self, recipe: Recipe) -> TrainedSurrogate:
         """Return the trained surrogate of a recipe.
 
         Raises:
@@ -147,7 +147,7 @@ class RunFolder:
             )
         return self._trained(record)
 
-    def known_training(self, key: str) -> Trained | None:
+    def known_training(self, key: str) -> TrainedSurrogate | None:
         """Return the surrogate of the training with this key; None if it must be trained."""
         with suppress(ValueError, OSError):  # a damaged one is trained again
             record = self._record.read_json(TrainingRecord)
@@ -159,7 +159,7 @@ class RunFolder:
     def _record(self) -> ResultFile:
         return ResultFile(self.training, "train again (slide-fmu train RECIPE)")
 
-    def _trained(self, record: TrainingRecord) -> Trained:
+    def _trained(self, record: TrainingRecord) -> TrainedSurrogate:
         """Return the surrogate that belongs to the record of its training."""
         data = self.surrogate.read_bytes()
         if record.surrogate != hashlib.sha256(data).hexdigest():
@@ -167,7 +167,7 @@ class RunFolder:
                 f"{self.surrogate} and {self.training.name} do not belong together: a "
                 "training was stopped while it wrote them; train again (slide-fmu train RECIPE)"
             )
-        return Trained(Surrogate.from_bytes(data), record.histories, record.versions)
+        return TrainedSurrogate(Surrogate.from_bytes(data), record.histories, record.versions)
 
 
 def _learnt(recipe: Tables) -> Tables:

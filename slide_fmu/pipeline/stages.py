@@ -25,7 +25,7 @@ from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
 from slide_fmu.pipeline.numbers import find_numbers, kept_curve
-from slide_fmu.pipeline.run_folder import Trained
+from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.quality import remark_on_training
@@ -85,7 +85,7 @@ class Training:
         made_now: whether this program trained it; otherwise it was found.
     """
 
-    trained: Trained
+    trained: TrainedSurrogate
     recipe: Recipe
     made_now: bool
 
@@ -116,9 +116,9 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
     """
     progress = job.bar("window")
     progress(0, 1)  # a message at once, since slow systems need minutes
-    found = size_case(job.case.source, job.case, seed, patience)
+    sizing = size_case(job.case.source, job.case, seed, patience)
     progress(1, 1)
-    return found
+    return sizing
 
 
 @asked_of_sources
@@ -129,11 +129,11 @@ def size_case(system: System, case: Case, seed: int | None, patience: float) -> 
 
 def _sizing(case: Case, seed: int | None, patience: float) -> Sizing:
     """Size the window; with physical parameters, at the corner with the longest memory."""
-    found = []
+    of_corners = []
     for corner in case.corners():
         at = case.at_ends(corner)
-        found.append(size_window(at.recipe, at.system, seed, patience=TimeBudget(patience)))
-    return max(found, key=_memory)
+        of_corners.append(size_window(at.recipe, at.system, seed, patience=TimeBudget(patience)))
+    return max(of_corners, key=_memory)
 
 
 def _memory(sizing: Sizing) -> tuple[bool, float]:
@@ -233,7 +233,7 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
     if kept is not None:
         return Training(kept, recipe, made_now=False)
     fit = fit_surrogate(work)
-    trained = Trained(fit.surrogate, fit.histories, versions())
+    trained = TrainedSurrogate(fit.surrogate, fit.histories, versions())
     folder.save_training(trained, recipe, key)
     return Training(trained, recipe, made_now=True)
 

@@ -33,16 +33,16 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     Raises:
         RecipeError: a text has neither form.
     """
-    found: dict[str, tuple[float, float] | None] = {}
+    ranges: dict[str, tuple[float, float] | None] = {}
     for text in texts:
         name, given, limits = text.partition("=")
-        _require_once("input", name, found)
+        _require_once("input", name, ranges)
         low, dots, high = limits.partition("..")
         try:
-            found[name] = (float(low), float(high)) if given else None
+            ranges[name] = (float(low), float(high)) if given else None
         except ValueError:
-            found[name] = (math.nan, math.nan)
-        ends = found[name]
+            ranges[name] = (math.nan, math.nan)
+        ends = ranges[name]
         if not name or (ends is not None and not (dots and ends[0] < ends[1])):
             raise RecipeError(
                 f"--input {text}; expected NAME=LOW..HIGH with two numbers, the smaller one "
@@ -53,11 +53,11 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
                 f"--input {text}; expected a range that is finite, and its width too, with ends "
                 f"between -{LARGEST:g} and {LARGEST:g}: narrow it"
             )
-    return found
+    return ranges
 
 
 def draft_inputs(
-    found: DeclaredModel, given: Ranges, hold: Hold | None = None
+    declared: DeclaredModel, given: Ranges, hold: Hold | None = None
 ) -> list[DraftSignal]:
     """Return the inputs of the surrogate, with the user's ranges or the model's.
 
@@ -71,30 +71,30 @@ def draft_inputs(
         RecipeError: a name is not one of the model, a range is not known, or the model declares
             its signals itself.
     """
-    if found.kind == "class":
-        _require_declared("input", found, {name: _ends(r) for name, r in given.items()})
-    chosen = _chosen("input", found, given)
-    if not found.inputs_may_be_left_out:
-        chosen = dict(found.inputs)
-    if hold is not None and found.kind == "class":
+    if declared.kind == "class":
+        _require_declared("input", declared, {name: _ends(r) for name, r in given.items()})
+    chosen = _chosen("input", declared, given)
+    if not declared.inputs_may_be_left_out:
+        chosen = dict(declared.inputs)
+    if hold is not None and declared.kind == "class":
         raise RecipeError(
-            f"--hold {hold}; expected none: {found.model} declares how its inputs act, so "
+            f"--hold {hold}; expected none: {declared.model} declares how its inputs act, so "
             "change it there"
         )
     if hold is not None:
         chosen = {name: SignalTable(hold=hold).over(table) for name, table in chosen.items()}
-    return [_input(name, table, given.get(name), found.kind) for name, table in chosen.items()]
+    return [_input(name, table, given.get(name), declared.kind) for name, table in chosen.items()]
 
 
-def draft_outputs(found: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
+def draft_outputs(declared: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
     """Return the outputs of the surrogate, without ranges that are still to be found.
 
     Raises:
         RecipeError: a name is not one of the model, or the model declares its signals itself.
     """
-    if found.kind == "class":
-        _require_declared("output", found, dict.fromkeys(names, ""))
-    return [DraftSignal(*pair, "") for pair in _chosen("output", found, names).items()]
+    if declared.kind == "class":
+        _require_declared("output", declared, dict.fromkeys(names, ""))
+    return [DraftSignal(*pair, "") for pair in _chosen("output", declared, names).items()]
 
 
 def ranged_outputs(
@@ -138,17 +138,17 @@ def names_of(signals: Iterable[DraftSignal]) -> str:
     return ", ".join(signal.name for signal in signals)
 
 
-def _require_declared(what: str, found: DeclaredModel, wanted: Mapping[str, str]) -> None:
+def _require_declared(what: str, declarations: DeclaredModel, wanted: Mapping[str, str]) -> None:
     """Refuse to choose signals of a class; ``wanted`` are names with the option of each."""
     if not wanted:
         return
-    declared: SignalTables = getattr(found, f"{what}s")
+    declared: SignalTables = getattr(declarations, f"{what}s")
     name, option = next(iter(wanted.items()))
     own = ", ".join(f"{one} ({_ends(table.range)})" for one, table in declared.items())
     raise RecipeError(
         f"--{what} {name}{option and f'={option}'}: a class declares its signals itself, and "
-        f"{found.model!r} has the {what}s {own}; expected no --{what}: leave it out, or change "
-        f"self.{what}s in the class"
+        f"{declarations.model!r} has the {what}s {own}; expected no --{what}: leave it out, or "
+        f"change self.{what}s in the class"
     )
 
 
@@ -173,9 +173,9 @@ def proposed_name(model: str, name: str | None) -> str:
     return name or recipe_name(Path(model.replace(":", "_")).stem)
 
 
-def _chosen(what: str, found: DeclaredModel, names: Iterable[str]) -> dict[str, SignalTable]:
+def _chosen(what: str, declared: DeclaredModel, names: Iterable[str]) -> dict[str, SignalTable]:
     """Return the inputs or outputs that are named, in that order, else all."""
-    offered: SignalTables = getattr(found, f"{what}s")
+    offered: SignalTables = getattr(declared, f"{what}s")
     wanted: list[str] = []
     for name in names:
         _require_once(what, name, wanted)
@@ -188,7 +188,7 @@ def _chosen(what: str, found: DeclaredModel, names: Iterable[str]) -> dict[str, 
         )
     if not offered:
         raise RecipeError(
-            f"{found.model}: the model declares no {what}s; expected at least one: a surrogate "
+            f"{declared.model}: the model declares no {what}s; expected at least one: a surrogate "
             "takes inputs and gives outputs"
         )
     return {name: offered[name] for name in wanted or offered}

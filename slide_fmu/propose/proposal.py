@@ -147,9 +147,9 @@ def propose_unsimulated(options: InitOptions) -> Proposal | None:
     """
     for room in UNSIMULATED.values():
         module = import_module(f"{room}.proposal")
-        found = cast(Proposal | None, module.propose_from_options(options))
-        if found is not None:
-            return found
+        proposal = cast(Proposal | None, module.propose_from_options(options))
+        if proposal is not None:
+            return proposal
     return None
 
 
@@ -200,22 +200,24 @@ def _require_fmu_step(options: InitOptions) -> None:
         )
 
 
-def _as_it_runs(found: DeclaredModel, options: InitOptions) -> DeclaredModel:
+def _as_it_runs(declared: DeclaredModel, options: InitOptions) -> DeclaredModel:
     """Return a model's declarations, with the hold of inputs as its importer runs it.
 
     Inputs are held if the surrogate has the same step, and move over longer steps. Inputs that the
     model declares as held stay held.
     """
     if options.fmu_step is not None:
-        found = replace(found, step=None, held_step=options.fmu_step)
-    own, step = found.held_step, options.step or found.step
-    if own is None or any(one.hold == "zero_order" for one in found.inputs.values()):
-        return found
+        declared = replace(declared, step=None, held_step=options.fmu_step)
+    own, step = declared.held_step, options.step or declared.step
+    if own is None or any(one.hold == "zero_order" for one in declared.inputs.values()):
+        return declared
     hold: Hold = "first_order"
     if step is not None and math.isclose(step, own, rel_tol=1e-6):
         hold = "zero_order"
     held = SignalTable(hold=hold)
-    return replace(found, inputs={name: held.over(one) for name, one in found.inputs.items()})
+    return replace(
+        declared, inputs={name: held.over(one) for name, one in declared.inputs.items()}
+    )
 
 
 def _on_inputs(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
@@ -229,14 +231,14 @@ def _on_inputs(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
 def _begin(options: InitOptions) -> ModelDeclarations:
     """Find the declarations of a model, and make a system of it."""
     declared = as_surrogate(describe_model(options.model, options.kind), bool(options.outputs))
-    found = _as_it_runs(declared, options)
+    declared = _as_it_runs(declared, options)
     inputs, outputs = (
-        draft_inputs(found, options.inputs, options.hold),
-        draft_outputs(found, options.outputs),
+        draft_inputs(declared, options.inputs, options.hold),
+        draft_outputs(declared, options.outputs),
     )
-    chain = proposed_chain(found.model, options.chain, inputs)
-    specification = _specification(found, inputs, outputs, options)
-    first = taken_step(FIRST_STEP, _only_step(found, options))
+    chain = proposed_chain(declared.model, options.chain, inputs)
+    specification = _specification(declared, inputs, outputs, options)
+    first = taken_step(FIRST_STEP, _only_step(declared, options))
     system = load_system(replace(specification, step=specification.step or first))
     kind: InputKind = "set_points"
     if chain.path is None:
@@ -248,12 +250,12 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     tables = partial(
         default_excitation, inputs=kind, widths=widths, turning=turning, jumps=options.jumps
     )
-    return ModelDeclarations(found, inputs, outputs, chain, specification, system, tables, kind)
+    return ModelDeclarations(declared, inputs, outputs, chain, specification, system, tables, kind)
 
 
-def _only_step(found: DeclaredModel, options: InitOptions) -> float | None:
+def _only_step(declared: DeclaredModel, options: InitOptions) -> float | None:
     """Return the step in s whose multiples alone a model takes; None if it takes any."""
-    return None if found.takes_any_step else options.fmu_step or found.step
+    return None if declared.takes_any_step else options.fmu_step or declared.step
 
 
 def _require_jumping(kind: InputKind, turning: bool) -> None:
@@ -272,7 +274,7 @@ def _require_jumping(kind: InputKind, turning: bool) -> None:
 
 def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
-    found, system = declarations.declared, declarations.system
+    declared, system = declarations.declared, declarations.system
     excitation = None if declarations.own else declarations.tables
     driven = declarations.kind in ("set_points", "angle")
     settings = FirstLookSettings(
@@ -280,11 +282,11 @@ def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progr
         _origin(options),
         excitation,
         driven,
-        _only_step(found, options),
+        _only_step(declared, options),
     )
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress
-    return guarded(system, (found.model, found.kind), look, settings, shown)
+    return guarded(system, (declared.model, declared.kind), look, settings, shown)
 
 
 def _draft(
@@ -294,9 +296,9 @@ def _draft(
     outputs: list[DraftSignal],
 ) -> ModelDraft:
     """Return the contents of the recipe."""
-    found, chain = declarations.declared, declarations.chain.path
+    declared, chain = declarations.declared, declarations.chain.path
     step, origin, fmu_step = _run_by_steps(declarations, options, seen)
-    name = proposed_name(found.model, options.name)
+    name = proposed_name(declared.model, options.name)
     return ModelDraft(
         name,
         f"{name}: inputs {names_of(declarations.inputs)}, outputs {names_of(outputs)}",
@@ -304,7 +306,7 @@ def _draft(
         tuple(outputs),
         step,
         origin,
-        replace(found, model=_from_folder(found.model, options.folder)),
+        replace(declared, model=_from_folder(declared.model, options.folder)),
         declarations.tables(step),
         declares_signals=declarations.own,
         further=further_excitation(
@@ -401,19 +403,19 @@ def _from_folder(model: str, folder: Path) -> str:
 
 
 def _specification(
-    found: DeclaredModel,
+    declared: DeclaredModel,
     inputs: list[DraftSignal],
     outputs: list[DraftSignal],
     options: InitOptions,
 ) -> Specification:
     """Return the specification of the system; its step is None if it is to be proposed."""
-    own, unseen = found.kind == "class", SignalTable(range=UNSEEN)
-    only = None if found.takes_any_step else options.fmu_step
+    own, unseen = declared.kind == "class", SignalTable(range=UNSEEN)
+    only = None if declared.takes_any_step else options.fmu_step
     return Specification(
-        found.model,
+        declared.model,
         {} if only is None else {"fmu-step": only},
-        found.step if options.step is None else options.step,
-        found.kind,
+        declared.step if options.step is None else options.step,
+        declared.kind,
         {} if own else {signal.name: signal.table for signal in inputs},
         {} if own else {signal.name: unseen.over(signal.table) for signal in outputs},
     )

@@ -44,20 +44,20 @@ def proposed_chain(model: str, given: Path | None, inputs: Sequence[DraftSignal]
             )
         return ProposedChain(given)
     file = Path(model.partition(":")[0])
-    found = sorted(file.parent.glob("*.urdf")) if file.is_file() else []
-    if len(found) > 1:
-        names = [path.name for path in found]
+    files = sorted(file.parent.glob("*.urdf")) if file.is_file() else []
+    if len(files) > 1:
+        names = [path.name for path in files]
         return ProposedChain(None, f"the files {names} lie next to the model; --chain takes one")
-    if not found:
+    if not files:
         return ProposedChain(None)
     try:
-        mismatch = _mismatch(found[0], inputs)
+        mismatch = _mismatch(files[0], inputs)
     except UrdfError as error:
         mismatch = str(error)
     if mismatch is not None:
-        return ProposedChain(None, f"{found[0].name} next to the model is not used: {mismatch}")
+        return ProposedChain(None, f"{files[0].name} next to the model is not used: {mismatch}")
     return ProposedChain(
-        found[0], f"{found[0].name} lies next to the model: its joints are what the inputs set"
+        files[0], f"{files[0].name} lies next to the model: its joints are what the inputs set"
     )
 
 

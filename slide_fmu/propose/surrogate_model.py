@@ -14,8 +14,8 @@ REMARK = (
 )
 
 
-def as_surrogate(found: DeclaredModel, outputs_chosen: bool) -> DeclaredModel:
-    """Return declarations from the surrogate of an FMU of slide-fmu; all others stay as found.
+def as_surrogate(declared: DeclaredModel, outputs_chosen: bool) -> DeclaredModel:
+    """Return declarations from the surrogate of an FMU of slide-fmu; all others stay as they are.
 
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen
     outputs; they have the ranges that the recipe intended, which the FMU does not declare. Its
@@ -24,21 +24,21 @@ def as_surrogate(found: DeclaredModel, outputs_chosen: bool) -> DeclaredModel:
     Raises:
         FmuError: the FMU is damaged.
     """
-    if found.kind != "fmu":
-        return found
-    path = find_file(found.model)
+    if declared.kind != "fmu":
+        return declared
+    path = find_file(declared.model)
     if read_member(path, SURROGATE) is None:
-        return found
+        return declared
     surrogate, _ = read_fmu(path)
     inputs = {signal.name: SignalTable.of(signal) for signal in surrogate.inputs}
     own = {s.name: SignalTable(range=(s.low, s.high)) for s in surrogate.outputs}
     outputs = {
         name: own.get(name, SignalTable()).over(table)
-        for name, table in found.outputs.items()
+        for name, table in declared.outputs.items()
         if outputs_chosen or name in own
     }
     return replace(
-        found,
+        declared,
         inputs=inputs,
         outputs=outputs,
         step=surrogate.window.step,

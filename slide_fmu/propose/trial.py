@@ -56,7 +56,7 @@ STEPS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class TriedSystem:
+class SystemFigures:
     """This is the tried system with its signals and further offers."""
 
     kind: str
@@ -92,7 +92,7 @@ class TrialFigures:
     """These are the figures of a trial, as JSON files hold them."""
 
     name: str
-    system: TriedSystem
+    system: SystemFigures
     window: SizingFigures
     data: Costs
     remarks: tuple[str, ...]
@@ -126,7 +126,7 @@ class Trial:
         counts = {split: recipe.count(split) for split in SPLITS}
         simulated = sum(counts.values()) * (data.duration + data.burn_in)
         workers = os.cpu_count() or 1
-        system = TriedSystem(
+        system = SystemFigures(
             kind=guess.system.kind,
             model=guess.system.model,
             inputs=tuple(self.system.inputs),
@@ -198,8 +198,8 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
 
 
 @dataclass(frozen=True)
-class Tried:
-    """Tried holds the results of simulating the motions of a recipe.
+class MotionTrial:
+    """A MotionTrial holds the results of simulating the motions of a recipe.
 
     Attributes:
         remarks: one sentence each; None stands for no remark.
@@ -213,12 +213,12 @@ class Tried:
 
 
 @asked_of_sources
-def tried_motions(system: System, case: Case) -> Tried:
+def tried_motions(system: System, case: Case) -> MotionTrial:
     """Simulate a short motion of each kind that a run needs."""
     seconds, failed, own_remarks = guarded_case(case, simulation_time)
     of_kinds = guarded_case(case, _failures_of_kinds)
     beyond = guarded_case(case, _failures_beyond_parameters)
-    return Tried((*own_remarks, *of_kinds, beyond), seconds, failed)
+    return MotionTrial((*own_remarks, *of_kinds, beyond), seconds, failed)
 
 
 def _failures_of_kinds(case: Case) -> tuple[str, ...]:

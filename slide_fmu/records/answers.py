@@ -29,7 +29,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 if TYPE_CHECKING:
     from slide_fmu.data.trajectories import Trajectories
     from slide_fmu.pipeline.run_folder import RunFolder
-    from slide_fmu.propose.trial import Tried
+    from slide_fmu.propose.trial import MotionTrial
     from slide_fmu.report.html_report import ReportSection
     from slide_fmu.validation.error_figures import ResponseFigures
     from slide_fmu.validation.measure import Meter
@@ -167,8 +167,8 @@ def no_response(
     return None, []
 
 
-def tried_records(source: MeasuredRecords, case: Case) -> Tried:
+def tried_records(source: MeasuredRecords, case: Case) -> MotionTrial:
     """Return remarks on the lost samples and the findings of the records; nothing is simulated."""
-    from slide_fmu.propose.trial import Tried
+    from slide_fmu.propose.trial import MotionTrial
 
-    return Tried((*remarks_on_division(case.recipe, source), *source.remarks))
+    return MotionTrial((*remarks_on_division(case.recipe, source), *source.remarks))

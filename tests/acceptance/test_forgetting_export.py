@@ -14,7 +14,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, open_job, versions
-from slide_fmu.pipeline.run_folder import Trained
+from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from slide_fmu.pipeline.stages import STABILITY_REPORT
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -52,7 +52,7 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     recipe.write_text(text, encoding="utf-8")
     job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_training(Trained(surrogate_of(job), {}, versions()), job.recipe)
+    job.folder.save_training(TrainedSurrogate(surrogate_of(job), {}, versions()), job.recipe)
     result = invoke("export", recipe, "--runs", runs, "-o", out)
     page = job.folder.path / STABILITY_REPORT
     assert "two runs from different states" in page.read_text(encoding="utf-8")
@@ -75,7 +75,7 @@ def test_changed_stability_limits_need_no_new_training_and_old_charts_vanish(
     recipe.write_text(text, encoding="utf-8")
     job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_training(Trained(surrogate_of(job), {}, versions()), job.recipe)
+    job.folder.save_training(TrainedSurrogate(surrogate_of(job), {}, versions()), job.recipe)
     page = job.folder.path / STABILITY_REPORT
     export = ("export", recipe, "--runs", runs)
     assert invoke(*export).exit_code == 1
@@ -90,7 +90,9 @@ def test_changed_stability_limits_need_no_new_training_and_old_charts_vanish(
     assert result.exit_code == 1
     assert "was trained from other values" in result.output
     recipe.write_text(text + remedy.replace("= true", "= false"), encoding="utf-8")
-    job.folder.save_training(Trained(surrogate_of(job, FORGETS), {}, versions()), job.recipe)
+    job.folder.save_training(
+        TrainedSurrogate(surrogate_of(job, FORGETS), {}, versions()), job.recipe
+    )
     result = invoke(*export)
     assert result.exit_code == 0, result.output
     assert not page.exists()

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
-from slide_fmu.pipeline.export import Request, export
+from slide_fmu.pipeline.export import ExportRequest, export
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
@@ -166,7 +166,7 @@ def test_export_of_an_untrained_recipe_is_refused_before_lengths_are_looked_for(
     searches = note_searches(monkeypatch)
     place = tmp_path / "lag.toml"
     place.write_text(OPEN, encoding="utf-8")
-    request = Request(place, None, 2, False, None, None, tmp_path / "runs")
+    request = ExportRequest(place, None, 2, False, None, None, tmp_path / "runs")
     with refused(StageError, "no trained surrogate in", "lag; train it first"):
         export(request, no_stages)
     assert searches == []

@@ -10,7 +10,7 @@ import pytest
 
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.core.search_path import make_importable, make_models_importable
-from slide_fmu.pipeline.run_folder import RunFolder, StageError, Trained
+from slide_fmu.pipeline.run_folder import RunFolder, StageError, TrainedSurrogate
 from tests.fmu.samples import sum_surrogate
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
@@ -22,7 +22,7 @@ RECIPE = tiny_recipe()
 def folder(tmp_path: Path) -> RunFolder:
     """One in which a surrogate was trained."""
     found = RunFolder(tmp_path)
-    found.save_training(Trained(sum_surrogate(), {}, {}), RECIPE, "key")
+    found.save_training(TrainedSurrogate(sum_surrogate(), {}, {}), RECIPE, "key")
     return found
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from slide_fmu.core.progress import Heard, Progress, part_of, quiet
+from slide_fmu.core.progress import Progress, ProgressListener, part_of, quiet
 from slide_fmu.report import progress_display
 from slide_fmu.report.progress_display import Messages, progress_on
 
@@ -161,7 +161,7 @@ def test_narrow_terminal_shows_whole_times_and_the_newest_stages(
 
 def test_error_that_is_no_relative_one_is_not_shown() -> None:
     seen: list[float | None] = []
-    heard = Heard(lambda done, total, error=None: seen.append(error), with_error=False)
+    heard = ProgressListener(lambda done, total, error=None: seen.append(error), with_error=False)
     heard(1, 2, 0.5)
     part_of(heard, "part")(1, 2, 0.5)
     assert seen == [None, None]

@@ -51,8 +51,8 @@ class DeviceSurrogate:
         checked = checked_inputs(sequences, self.surrogate.inputs, "sequences, ")
         parts = [self.evaluate(block) for block in self.blocks(checked)]
         values = np.concatenate([part.cpu().numpy() for part in parts], axis=1)
-        found = self.surrogate.output_scaling.invert(np.moveaxis(values, 0, 1).astype(np.float64))
-        return np.asarray(found)
+        scaled = np.moveaxis(values, 0, 1).astype(np.float64)
+        return np.asarray(self.surrogate.output_scaling.invert(scaled))
 
     def blocks(self, sequences: FloatArray) -> Iterator[torch.Tensor]:
         """Yield the features of sequences in blocks, on the device: (n_in - 1 + N, B, n_signals).
@@ -77,8 +77,8 @@ class DeviceSurrogate:
             start = torch.zeros(features.shape[1], len(self._cell.a), device=self.device)
             states = Equations(self._cell, inputs, self._network.turned, torch).run(start)
             last = slice(self.surrogate.window.n_in - 1, None)
-            found: torch.Tensor = outputs(self._cell, states[last], inputs.part(last))
-            return found
+            of_last: torch.Tensor = outputs(self._cell, states[last], inputs.part(last))
+            return of_last
 
     def _there(self, array: NDArray[Any]) -> torch.Tensor:
         return torch.from_numpy(np.ascontiguousarray(array, dtype=np.float32)).to(self.device)

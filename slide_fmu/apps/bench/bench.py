@@ -80,12 +80,12 @@ def bench_fmu(path: Path, effort: Effort) -> FmuTimes:
 
 
 def _call_times(function: Callable[[], object], calls: int) -> list[float]:
-    found = []
+    times = []
     for _ in range(calls):
         begin = time.perf_counter()
         function()
-        found.append(time.perf_counter() - begin)
-    return found
+        times.append(time.perf_counter() - begin)
+    return times
 
 
 @final

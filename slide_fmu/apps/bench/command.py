@@ -41,37 +41,37 @@ def bench(
 
     effort = Effort(rounds, steps)
     with errors():
-        found = bench_fmu(fmu, effort)
-    write_json(json_path, found)
+        times = bench_fmu(fmu, effort)
+    write_json(json_path, times)
     if json_path == "-":
         return
     out = figures_console()
-    out.print(summary(found, effort))
-    for table in tables(found):
+    out.print(summary(times, effort))
+    for table in tables(times):
         print_table(table, out)
-    out.print(conclusion(found))
+    out.print(conclusion(times))
 
 
-def summary(found: FmuTimes, effort: Effort) -> str:
+def summary(times: FmuTimes, effort: Effort) -> str:
     """Say what was timed, and how often."""
-    figures, calls = found.figures, effort.rounds * effort.steps
+    figures, calls = times.figures, effort.rounds * effort.steps
     return (
-        f"{found.fmu}: a network of {number(figures.n_weights)} weights, kernel "
+        f"{times.fmu}: a network of {number(figures.n_weights)} weights, kernel "
         f"{figures.kernel_name}, one core. Times are medians of {number(calls)} calls."
     )
 
 
-def tables(found: FmuTimes) -> list[ReportTable]:
+def tables(times: FmuTimes) -> list[ReportTable]:
     """Return the table of the times of a step, and the one of batches of windows."""
-    times, spread = found.figures.medians, found.figures.spread
+    medians, spread = times.figures.medians, times.figures.spread
     calls = [
-        (CALLS[name], duration(1e-6 * times[name]), f"{low} to {high}")
+        (CALLS[name], duration(1e-6 * medians[name]), f"{low} to {high}")
         for name in CALLS
-        if name in times and (name != "fmu_set_step_get" or found.estimates_errors)
+        if name in medians and (name != "fmu_set_step_get" or times.estimates_errors)
         for low, high in [[duration(1e-6 * end) for end in spread[name]]]
     ]
     batches = [
-        (words, duration(1 / found.figures.batch[name]), number(found.figures.batch[name]))
+        (words, duration(1 / times.figures.batch[name]), number(times.figures.batch[name]))
         for name, words in BATCHES.items()
     ]
     return [
@@ -82,12 +82,12 @@ def tables(found: FmuTimes) -> list[ReportTable]:
     ]
 
 
-def conclusion(found: FmuTimes) -> str:
+def conclusion(times: FmuTimes) -> str:
     """Say how much faster than real time a step is, and how much faster the runtime is."""
-    call = 1e-6 * found.figures.medians["fmu_set_step_get"]
-    batch = found.figures.batch
+    call = 1e-6 * times.figures.medians["fmu_set_step_get"]
+    batch = times.figures.batch
     return (
-        f"A step of {found.step_s:g} s is computed {number(found.step_s / call)} times faster "
+        f"A step of {times.step_s:g} s is computed {number(times.step_s / call)} times faster "
         f"than real time. In batches, the runtime is {number(batch['native'] / batch['numpy'])} "
         "times as fast as numpy."
     )

@@ -28,7 +28,7 @@ from slide_fmu.network.base import Network
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.job import Job, checked, versions
-from slide_fmu.pipeline.run_folder import StageError, Trained
+from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate
 from slide_fmu.pipeline.stages import check_window, choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import RecipeError
@@ -184,7 +184,7 @@ def _folder(job: Job) -> Path:
     return job.folder.path / FOLDER
 
 
-def _trained(job: Job, terms: Terms) -> tuple[Job, Trained]:
+def _trained(job: Job, terms: Terms) -> tuple[Job, TrainedSurrogate]:
     """Return the recipe's surrogate; it is made with its data if it is missing."""
     try:
         return job, job.folder.load_surrogate(job.recipe)

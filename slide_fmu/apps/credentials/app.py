@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slide_fmu.pipeline.apps import App, Release, Repeated
+from slide_fmu.pipeline.apps import App, Release, RepeatedRun
 
 if TYPE_CHECKING:
     from slide_fmu.fmu.export import Provenance
@@ -29,7 +29,7 @@ def _problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) ->
     ]
 
 
-def _repeat(fmu: Path, surrogate: Surrogate) -> Repeated | None:
+def _repeat(fmu: Path, surrogate: Surrogate) -> RepeatedRun | None:
     from slide_fmu.apps.credentials.replay import replay
 
     run_again = replay(fmu, surrogate)

@@ -14,7 +14,7 @@ from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.run import run_fmu
-from slide_fmu.pipeline.apps import Repeated
+from slide_fmu.pipeline.apps import RepeatedRun
 from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -39,7 +39,7 @@ class Replay:
     allowed: Mapping[str, float]
     errors: Mapping[str, float]
 
-    def repeated(self) -> Repeated:
+    def repeated(self) -> RepeatedRun:
         """Return the same for ``slide-fmu check``."""
         rows = (
             (
@@ -53,7 +53,7 @@ class Replay:
         heading = "variable", "largest difference", "allowed", "error against the reference"
         title = f"experiment of {self.steps} steps, repeated here"
         table = ReportTable.of(heading, rows, title)
-        return Repeated(table, self.problems(), {"replay": asdict(self)})
+        return RepeatedRun(table, self.problems(), {"replay": asdict(self)})
 
     def problems(self) -> list[str]:
         """Name the variables that differ by more than rounding."""

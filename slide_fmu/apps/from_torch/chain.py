@@ -102,7 +102,7 @@ def _misfits(reads: Sequence[Read], window: Window, channels: tuple[int, int]) -
 
     The sizes after a layer that cannot be taken are not known.
     """
-    (n_inputs, n_outputs), found = channels, []
+    (n_inputs, n_outputs), misfits = channels, []
     wanted = window.n_in * n_inputs
     width: int | None = wanted
     expected = f"n_in x inputs = {window.n_in} x {n_inputs} = {wanted}, oldest sample first"
@@ -110,21 +110,21 @@ def _misfits(reads: Sequence[Read], window: Window, channels: tuple[int, int]) -
         for step in read.steps:
             arrays = () if isinstance(step, str) else tuple(vars(step).values())
             if not all(np.isfinite(array).all() for array in arrays):
-                found.append(f"  {read.name}: has numbers that are not finite; expected finite")
+                misfits.append(f"  {read.name}: has numbers that are not finite; expected finite")
             if isinstance(step, str) or arrays[0].ndim == 0:
                 continue
             takes, gives = arrays[0].shape[-1], arrays[0].shape[0]
             if width not in (None, takes):
-                found.append(f"  {read.name}: takes {takes} values; expected {expected}")
+                misfits.append(f"  {read.name}: takes {takes} values; expected {expected}")
             width, expected = gives, f"{gives}, which the layer before it gives"
         width = None if read.fault else width
     wanted = window.n_out * n_outputs
     if width not in (None, wanted):
-        found.append(
+        misfits.append(
             f"  the last layer gives {width} values; expected n_out x outputs = {window.n_out} x "
             f"{n_outputs} = {wanted}, oldest sample first"
         )
-    return found
+    return misfits
 
 
 def _layers(steps: Iterable[Step]) -> tuple[Layer, ...]:

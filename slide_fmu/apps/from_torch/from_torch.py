@@ -130,8 +130,8 @@ def _require_agreement(surrogate: Surrogate, windows: FloatArray, expected: Floa
     Raises:
         ValueError: they differ.
     """
-    found = surrogate.predict_windows(windows).reshape(len(windows), -1)
-    error = np.abs(found - expected).max(axis=0)
+    predicted = surrogate.predict_windows(windows).reshape(len(windows), -1)
+    error = np.abs(predicted - expected).max(axis=0)
     largest = np.maximum(np.abs(expected).max(axis=0), np.finfo(np.float64).tiny)
     worst = int(np.argmax(error / largest))
     if not error[worst] <= AGREE * largest[worst]:

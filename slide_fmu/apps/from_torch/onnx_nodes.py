@@ -121,17 +121,17 @@ def read_nodes(path: Path, window: Window, n_inputs: int) -> tuple[Read, ...]:
 
 def _constants(graph: Any, known: Constants, opsets: Mapping[str, int]) -> Constants:
     """Return the known constant tensors, and tensors computed from constants only."""
-    found = dict(known)
+    constants = dict(known)
     for node in graph.node:
         names = [name for name in node.input if name]
-        if node.output[0] in found or not all(name in found for name in names):
+        if node.output[0] in constants or not all(name in constants for name in names):
             continue
         try:
-            values = _run(node, opsets, {name: found[name] for name in names})
+            values = _run(node, opsets, {name: constants[name] for name in names})
         except Exception:  # any error: the node that uses its result is refused later
             continue
-        found.update(zip(node.output, values, strict=False))
-    return found
+        constants.update(zip(node.output, values, strict=False))
+    return constants
 
 
 def _run(node: Any, opsets: Mapping[str, int], given: Constants) -> list[NDArray[Any]]:
@@ -223,10 +223,10 @@ def _shape_after(at: _Node) -> tuple[int, ...] | None:
     known = {name: at.constants[name] for name in at.node.input if name in at.constants}
     given = {**known, at.current: np.zeros(at.shape, np.float32)}
     try:
-        found = _run(at.node, at.opsets, given)
+        results = _run(at.node, at.opsets, given)
     except Exception as error:  # any error: the shape does not fit this tensor
         raise Refused(f"does not fit the shape {at.shape}, for a batch of one") from error
-    return tuple(int(size) for size in np.shape(found[0]))
+    return tuple(int(size) for size in np.shape(results[0]))
 
 
 def _gemm(at: _Node) -> Linear:

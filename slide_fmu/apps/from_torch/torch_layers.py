@@ -46,8 +46,8 @@ def read_layers(module: nn.Module, place: str = "") -> tuple[Read, ...]:
     children = list(module.children())
     if isinstance(module, nn.Sequential):
         places = (f"{place}.{index}".lstrip(".") for index in range(len(module)))
-        found = (read_layers(child, at) for child, at in zip(module, places, strict=True))
-        return tuple(read for reads in found for read in reads)
+        layers = (read_layers(child, at) for child, at in zip(module, places, strict=True))
+        return tuple(read for reads in layers for read in reads)
     if len(children) == 1 and not list(module.parameters(recurse=False)):
         return read_layers(children[0], place)
     kind = type(module).__name__

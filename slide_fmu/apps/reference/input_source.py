@@ -60,8 +60,8 @@ class InputSource(Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         record = Path(self.resources) / RECORD
-        with np.load(record) as found:
-            about, self.inputs = json.loads(str(found["about"])), found["inputs"]
+        with np.load(record) as arrays:
+            about, self.inputs = json.loads(str(arrays["about"])), arrays["inputs"]
         self.signals = [Signal(**signal) for signal in about["signals"]]
         self.step, self.start = float(about["step"]), 0.0
         self.stride, self.count = 0.0, 0  # equal steps since the start: not added, counted

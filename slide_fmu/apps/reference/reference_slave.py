@@ -103,19 +103,19 @@ def _located(specification: Specification, model_file: tuple[str, str] | None) -
     name, colon, wanted = specification.model.partition(":")
     path, hashed = Path(model_file[0]), model_file[1]
     try:
-        found = path if path.is_file() else find_file(name)
+        file = path if path.is_file() else find_file(name)
     except (AmbiguousFileError, FileNotFoundError) as error:
         raise LoadError(
             f"there is no file {str(path)!r}, and none near here ({error}); expected the model "
             "from which this FMU was made: put it back, or write the FMU again by slide-fmu "
             "reference"
         ) from error
-    if _hash_of(found) != hashed:
+    if _hash_of(file) != hashed:
         raise LoadError(
-            f"model {str(found)!r} has changed since this FMU was made from it; expected the same "
+            f"model {str(file)!r} has changed since this FMU was made from it; expected the same "
             "file: write the FMU again by slide-fmu reference"
         )
-    return replace(specification, model=f"{found}{colon}{wanted}")
+    return replace(specification, model=f"{file}{colon}{wanted}")
 
 
 def _stepping(specification: Specification) -> Stepping:

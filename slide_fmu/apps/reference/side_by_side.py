@@ -95,7 +95,7 @@ def write_side_by_side(
             is not one of the FMU's, or has another unit, or its value lies outside its range.
     """
     task = Task(seed, duration=duration)
-    surrogate, found = read_fmu(fmu)
+    surrogate, provenance = read_fmu(fmu)
     surrogate = surrogate.starting_at(parameters or {})
     for parameter in surrogate.parameters:
         if (unit := (units or {}).get(parameter.name, parameter.unit)) != parameter.unit:
@@ -105,7 +105,7 @@ def write_side_by_side(
             )
     values = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
     make_models_importable(fmu)
-    recipe = starting_at(recipe_of_provenance(found, str(fmu)), values)
+    recipe = starting_at(recipe_of_provenance(provenance, str(fmu)), values)
     case = case_of(recipe)
     fmi = read_description(fmu).fmiVersion
     stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
@@ -120,7 +120,7 @@ def write_side_by_side(
             for component in ("reference", "surrogate")
             for signal in surrogate.inputs
         ]
-        alike = as_the_reference(fmu, surrogate, found, Path(folder) / "surrogate.fmu")
+        alike = as_the_reference(fmu, surrogate, provenance, Path(folder) / "surrogate.fmu")
         components = {"inputs": source, "reference": reference, "surrogate": alike}
         held = {HELD: 1.0} if surrogate.hold == "zero_order" else {}
         given = {"reference": values, "surrogate": {**values, **held}}
@@ -168,7 +168,7 @@ def starting_at(recipe: Recipe, values: Mapping[str, float]) -> Recipe:
 
 
 def as_the_reference(
-    fmu: Path, surrogate: Surrogate, found: Provenance | None, path: Path
+    fmu: Path, surrogate: Surrogate, provenance: Provenance | None, path: Path
 ) -> Path:
     """Return an FMU that takes its inputs as the reference FMU does, and starts as the surrogate.
 
@@ -181,7 +181,7 @@ def as_the_reference(
         return fmu
     surrogate = surrogate.reaching_inputs_by_step_end()
     fmi: FmiVersion = 3 if read_description(fmu).fmiVersion.startswith("3.") else 2
-    return export_fmu(surrogate, path, fmi=fmi, provenance=found)
+    return export_fmu(surrogate, path, fmi=fmi, provenance=provenance)
 
 
 def led_in(surrogate: Surrogate, drawn: Draw) -> FloatArray:

@@ -140,10 +140,10 @@ def whole_steps(length: float, step: float, time: float = 0.0) -> int:
 
 def _child(parent: Element, tag: str) -> Element:
     """Return a child that PythonFMU always writes; raise a RuntimeError if it is missing."""
-    found = parent.find(tag)
-    if found is None:
+    element = parent.find(tag)
+    if element is None:
         raise RuntimeError(f"model description: no {tag} in {parent.tag}; expected PythonFMU 0.7")
-    return found
+    return element
 
 
 def _kept_on_failure(method: Callable[..., Any]) -> Callable[..., Any]:

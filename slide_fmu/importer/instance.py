@@ -127,7 +127,8 @@ class Instance:
         except Exception as error:  # fmpy raises bare Exception
             reason = "; ".join([str(error).rstrip("."), *self.messages[-SHOWN:]])
             remedy = (
-                "it needs the tool that made it: install that, and its licence"
+                "it needs the tool that made it, which may tell more on the terminal: install "
+                "that tool, and its licence"
                 if fmu.offer.needsExecutionTool
                 else "run this FMU alone, since it may tell more on the terminal"
             )

@@ -22,7 +22,7 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.instance import instantiated
+from slide_fmu.importer.instance import InstanceVariables, instantiated
 from slide_fmu.importer.run import run_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
@@ -297,22 +297,23 @@ def test_reference_fmu_goes_back_to_a_former_state(tmp_path: Path) -> None:
     """Inputs move, so that the state has the last one too."""
     fmu = write_reference_fmu(Specification(dotted("DuffingBaseMotion")), tmp_path / "base.fmu")
     with unpacked(fmu) as files, instantiated(files) as slave:
-        (name,) = (v.name for v in files.description.modelVariables if v.causality == "input")
-        out = [files.references["position"]]
-        slave.enter_initialization(0.0)
+        variables = files.description.modelVariables
+        road = InstanceVariables(slave, [v for v in variables if v.causality == "input"])
+        out = InstanceVariables(slave, [v for v in variables if v.name == "position"])
+        slave.enter_initialization()
         slave.exit_initialization()
-        found = []
+        outputs = []
         for value in (0.01, 0.03):
-            slave.set_real([files.references[name]], [value])
-            slave.do_step(files.step * len(found), files.step)
-            found.append(slave.get_real(out))
-            if len(found) == 1:
-                state = slave.get_state()
+            road.set([value])
+            slave.do_step(files.step * len(outputs), files.step)
+            outputs.append(out.get())
+            if len(outputs) == 1:
+                state = slave.save()
         for _ in range(2):
-            slave.set_state(state)
-            slave.set_real([files.references[name]], [0.03])
+            slave.restore(state)
+            road.set([0.03])
             slave.do_step(files.step, files.step)
-            assert slave.get_real(out) == found[1]
+            assert out.get() == outputs[1]
         slave.free_state(state)
         slave.terminate()
 

@@ -9,9 +9,9 @@ import pytest
 
 
 @contextmanager
-def refused(kind: type[Exception], *words: str) -> Iterator[None]:
+def refused(kind: type[Exception], *words: str) -> Iterator[pytest.ExceptionInfo[Exception]]:
     """Expect an error whose message has all of these words."""
     with pytest.raises(kind) as caught:
-        yield
+        yield caught
     missing = [word for word in words if word not in str(caught.value)]
     assert not missing, f"{missing} not in {str(caught.value)!r}"

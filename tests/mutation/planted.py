@@ -57,14 +57,14 @@ PLANTED = {
         "slide_fmu/validation/comparison.py",
         "first = max(drawn.burn_in + 1, surrogate.network.memory_length)",
         "first = drawn.burn_in + 1",
-        "tests/validation/test_compare.py"
+        "tests/validation/test_comparison.py"
         "::test_scores_begin_after_the_burn_in_where_all_inputs_were_set",
     ),
     "the true error stands beside the estimate of the next sample": Planted(
         "slide_fmu/validation/comparison.py",
         "true_error[span - 1 :] = moving_rms(given.error, span)",
         "true_error[span - 1 :] = np.roll(moving_rms(given.error, span), 1, axis=0)",
-        "tests/validation/test_compare.py"
+        "tests/validation/test_comparison.py"
         "::test_true_error_is_that_of_the_span_which_ends_at_the_sample",
     ),
     "stretches of motions are as long as the window, however long the decay takes": Planted(

@@ -191,12 +191,9 @@ steps = 1
 batch = 1
 learning_rate = 1.0
 """
-    with pytest.raises(RecipeError) as caught:
+    found = f"data.estimator = {counts[0]}, data.estimator_validation = {counts[1]}"
+    with refused(RecipeError, found, "at least one each"):
         parse_open_recipe(text, "mine.toml")
-    assert str(caught.value) == (
-        f"mine.toml: data.estimator = {counts[0]}, data.estimator_validation = "
-        f"{counts[1]}; the error estimator needs trajectories of its own, at least one each"
-    )
 
 
 @pytest.mark.parametrize("factors", [(3.0, 1.0), (0.0, 1.0), (1.0, float("inf"))])

@@ -41,113 +41,84 @@ samples = [1, 5]
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line"),
+    ("old", "new", "words"),
     [
         (
             "step = 0.1",
             'step = 0.1\nn_in = "atuo"',
-            "window.n_in = 'atuo': expected a whole number, or \"auto\"; did you mean 'auto'?",
+            ("n_in = 'atuo'", "did you mean 'auto'?"),
         ),
         (
             "amplitude = [0.1, 1.0]",
             "amplitude = [0.1, 1.0, 2.0]",
-            "1st [[data.excitation]] (held_random), key amplitude = [0.1, 1.0, 2.0]: expected 2 "
-            "values, not 3",
+            ("1st [[data.excitation]] (held_random), key amplitude", "2 values, not 3"),
         ),
+        ("range = [-1.0, 1.0]", "range = [-1.0]", ("force.range = [-1.0]", "[LOW, HIGH]")),
         (
             "range = [-1.0, 1.0]",
-            "range = [-1.0]",
-            "system.inputs.force.range = [-1.0]: expected [LOW, HIGH], two finite numbers, the "
-            "smaller one first",
+            "range = [10, -10]",
+            ("range = [10, -10]", "smaller one first"),
         ),
-        (
-            "range = [-1.0, 1.0]",
-            "range = [10.0, -10.0]",
-            "system.inputs.force.range = [10.0, -10.0]: expected [LOW, HIGH], two finite numbers, "
-            "the smaller one first",
-        ),
-        (
-            "mass = 1.0",
-            "mass = inf",
-            "system.parameters.mass = inf: expected a finite number, or a whole number, or a text "
-            "in quotes, or true or false",
-        ),
+        ("mass = 1.0", "mass = inf", ("system.parameters.mass = inf", "a finite number")),
         (
             "[window]",
             "[training]\nbatch = 4\n\n[window]",
-            "training.batch is not a known key where network.family = 'state_space', only where "
-            "it is 'feed_forward': remove it, or choose another network.family",
+            (
+                "training.batch",
+                "network.family = 'state_space'",
+                "only where it is 'feed_forward'",
+            ),
         ),
         (
             "samples = [1, 5]",
             "samples = [1, 5]\ncoefficients = [3, 4]",
-            "1st [[data.excitation]] (held_random), key coefficients is not a known key where "
-            "kind = 'held_random', only where it is 'moving_average_random': remove it, or choose "
-            "another kind",
+            (
+                "key coefficients",
+                "kind = 'held_random'",
+                "only where it is 'moving_average_random'",
+            ),
         ),
         (
             "[window]",
             "[validation]\nrequire = 5\n\n[window]",
-            "validation.require = 5: expected at most 1",
+            ("validation.require = 5", "at most 1"),
         ),
-        (
-            "name = ",
-            "int = 3\nname = ",
-            "int is not a known key; remove it or correct its spelling",
-        ),
+        ("name = ", "int = 3\nname = ", ("int is not a known key", "remove it")),
         (
             "range = [-1.0, 1.0]",
             'range = [-1.0, 1.0]\nunits = "N"',
-            "system.inputs.force.units is not a known key; did you mean unit? Correct its "
-            "spelling, or remove it",
+            ("system.inputs.force.units", "did you mean unit?"),
         ),
         (
             "[[data.excitation]]",
             "[data.excitation]",
-            "data.excitation: expected a list in brackets: write [[data.excitation]] at the head "
-            "of each of its tables",
+            ("data.excitation", "write [[data.ex"),
         ),
-        (
-            "samples = [1, 5]",
-            "samples = 5",
-            "1st [[data.excitation]] (held_random), key samples = 5: expected a list in brackets, "
-            "such as [5, 5]",
-        ),
+        ("samples = [1, 5]", "samples = 5", ("key samples = 5", "such as [5, 5]")),
         (
             "[window]",
             "[bound.expert]\nhidden = 3\n\n[window]",
-            "bound.expert.hidden = 3: expected a list in brackets, such as [3]",
+            ("bound.expert.hidden = 3", "such as [3]"),
         ),
         (
             '"spring.py"',
             '"spring.py"\nfurther = "other.py"',
-            "system.further = 'other.py': expected a list in brackets, such as ['other.py']",
+            ("system.further = 'other.py'", "such as ['other.py']"),
         ),
-        (
-            '"function"',
-            '"functions"',
-            "system.kind = 'functions': expected one of ['class', 'exudyn', 'fmu', 'function', "
-            "'record']: correct it; did you mean 'function'?",
-        ),
+        ('"function"', '"functions"', ("system.kind = 'functions'", "did you mean 'function'?")),
         (
             "range = [-1.0, 1.0]",
             'range = [-1.0, 1.0]\nunit = "Nn"',
-            "system.inputs.force.unit: signal 'force': unit 'Nn'; expected known units, such as "
-            "'m', 'rad', 'kN', 'N.m' or 'm/s2', but 'Nn' is none: write 'N' or 'nm', or '1' for a "
-            "number without unit",
+            ("system.inputs.force.unit", "unit 'Nn'", "write 'N' or 'nm', or '1'"),
         ),
-        (
-            "[window]",
-            "[windows]",
-            "windows is not a known key; did you mean window? Correct its spelling, or remove it",
-        ),
+        ("[window]", "[windows]", ("windows is not a known key", "did you mean window?")),
     ],
 )
-def test_slip_in_a_recipe_gives_one_line(old: str, new: str, line: str) -> None:
+def test_slip_in_a_recipe_gives_one_line(old: str, new: str, words: tuple[str, ...]) -> None:
     assert old in PLAIN
-    with pytest.raises(RecipeError) as raised:
+    with refused(RecipeError, "spring.toml: ", *words) as caught:
         parse_open_recipe(PLAIN.replace(old, new, 1), "spring.toml")
-    assert str(raised.value) == f"spring.toml: {line}"
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("mark", [b"\xef\xbb\xbf", b""])

@@ -115,15 +115,6 @@ def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None
     assert section.table is not None
     assert section.table.heading == ("values", "mass", "relative RMSE")
     assert [row[0] for row in section.table.rows] == ["corner"] * 2 + ["measured, worst"] * 4
-
-
-def test_report_tells_the_errors_by_values(found: Validation) -> None:
-    sections = validation_sections({"in range": found})
-    (section,) = [one for one in sections if one.title == "Physical parameters"]
-    assert section.table is not None
-    assert section.table.heading == ("values", "mass", "relative RMSE")
-    values = [row[0] for row in section.table.rows]
-    assert values == ["corner"] * 2 + ["measured, worst"] * 4
     assert "values of the physical parameters that no training saw" in section.text
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.core.signals import FloatArray, Signal, axis_positions
 from slide_fmu.surrogate.input_forecast import BETTER, InputForecast, changes_of
 
 POLYNOMIALS = np.array([[-1.0, 0.0, 0.0], [-3.0, 1.0, 0.0], [-6.0, 4.0, -1.0]])
@@ -45,18 +45,13 @@ def fit_forecast(
     weights = np.tile(POLYNOMIALS, (len(signals), 1, 1))
     alone = np.tile(PLANNED, (len(signals), 1, 1))
     largest, gain = np.zeros(len(signals)), 0.0
-    for index, signal in enumerate(signals):
-        if signal.angle != "sine":
-            values = inputs[:, :, index]
-            if signal.angle == "cosine":
-                values = np.unwrap(np.arctan2(inputs[:, :, index + 1], values), axis=1)
-            weights[index] = _fit(values)
-            largest[index] = np.abs(np.diff(values, axis=1)).max()
-            if planned:
-                alone[index] = _fit_planned(values)
-                gain += np.log(
-                    _rms_error(weights[index], values) / _rms_error(alone[index], values)
-                )
+    first_inputs = [index for index, signal in enumerate(signals) if signal.angle != "sine"]
+    for index, values in zip(first_inputs, axis_positions(signals, inputs), strict=True):
+        weights[index] = _fit(values)
+        largest[index] = np.abs(np.diff(values, axis=1)).max()
+        if planned:
+            alone[index] = _fit_planned(values)
+            gain += np.log(_rms_error(weights[index], values) / _rms_error(alone[index], values))
     return InputForecast(planned, False, alone if gain > 0 else weights, largest)
 
 

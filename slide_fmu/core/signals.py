@@ -223,6 +223,20 @@ def by_axis(signals: Sequence[Signal]) -> list[tuple[Signal, ...]]:
     ]
 
 
+def axis_positions(signals: Sequence[Signal], inputs: FloatArray) -> list[FloatArray]:
+    """Return the positions of each axis along inputs, (..., N, n_inputs): (..., N) for each axis.
+
+    The position of an angle, which is given by cosine and sine, is in rad and turns without jumps.
+    """
+    return [
+        inputs[..., index]
+        if signal.angle is None
+        else np.unwrap(np.arctan2(inputs[..., index + 1], inputs[..., index]))
+        for index, signal in enumerate(signals)
+        if signal.angle != "sine"
+    ]
+
+
 def on_circles(signals: tuple[Signal, ...], inputs: FloatArray) -> FloatArray:
     """Return inputs, (N, n_inputs), whose cosines and sines are scaled to lie on their circle.
 

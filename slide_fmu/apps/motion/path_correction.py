@@ -20,7 +20,7 @@ from slide_fmu.apps.motion.solve import reference_of
 from slide_fmu.apps.motion.task import PathTask, at_parameters, limits_of
 from slide_fmu.core.figures import optional
 from slide_fmu.core.progress import Stages, quiet_stages
-from slide_fmu.core.signals import FloatArray
+from slide_fmu.core.signals import FloatArray, axis_positions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.record_files.reading import read_record
 from slide_fmu.record_files.record import Record, RecordError
@@ -90,7 +90,7 @@ def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surroga
         step if surrogate.hold == "zero_order" else 0.0
     )  # their outputs belong to the end of a step
     wished = _sampled(record, wished_outputs, at + later) if wished_outputs else None
-    motion = _coordinates(_sampled(record, inputs, at), coordinates)
+    motion = np.stack(axis_positions(surrogate.inputs, _sampled(record, inputs, at)), axis=1)
     _require_circles(record, inputs, coordinates)
     return SampledPath(motion, wished)
 
@@ -114,17 +114,6 @@ def _require_circles(
                 f"{radius[sample]:.4g} from 0; expected cosine and sine of an angle, "
                 f"{coordinate.radius:.4g} from 0: correct the columns"
             )
-
-
-def _coordinates(inputs: FloatArray, coordinates: tuple[Coordinate, ...]) -> FloatArray:
-    """Turn inputs, (N, n_inputs), into coordinates, (N, n_coordinates)."""
-    columns, motion = iter(inputs.T), []
-    for coordinate in coordinates:
-        values = next(columns)
-        if coordinate.radius is not None:
-            values = np.unwrap(np.arctan2(next(columns), values))
-        motion.append(values)
-    return np.stack(motion, axis=1)
 
 
 def _sampled(record: Record, names: list[str], at: FloatArray) -> FloatArray:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import abc
 import ctypes
+from typing import final
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import ERROR, OK, Instance, Loaded, Native
 from tests.fmu.native3 import YES, Native3, with_separator
 from tests.fmu.plain_fmu import Plan
 from tests.fmu.samples import STEP
@@ -23,14 +24,16 @@ class Caller(abc.ABC):
 
     Attributes:
         largest_prehistory: of the values of ``prehistory_known``.
+        native: the instance.
     """
 
     largest_prehistory: int
+    native: Instance
 
     @property
-    @abc.abstractmethod
     def messages(self) -> list[str]:
         """What was logged so far."""
+        return self.native.messages
 
     @abc.abstractmethod
     def call(self, what: str, *arguments: object) -> int:
@@ -44,9 +47,9 @@ class Caller(abc.ABC):
     def set(self, first: int, values: tuple[float, ...]) -> int:
         """Set variables that follow each other."""
 
-    @abc.abstractmethod
     def get(self, first: int, count: int) -> Found:
         """Values of variables that follow each other."""
+        return self.native.try_get(first, count)
 
     @abc.abstractmethod
     def directional(self, unknowns: range, knowns: range, seed: FloatArray) -> Found:
@@ -64,13 +67,13 @@ class Caller(abc.ABC):
     def wrong_calls(self) -> list[int]:
         """Status of calls that the standard refuses in every mode."""
 
-    @abc.abstractmethod
     def save(self) -> bytes:
         """The serialised state."""
+        return self.native.save()
 
-    @abc.abstractmethod
     def restore(self, data: bytes) -> int:
         """Deserialise and set a state."""
+        return self.native.restore(data)
 
     @abc.abstractmethod
     def free(self) -> None:
@@ -89,17 +92,15 @@ class Caller(abc.ABC):
         return self.call("FreeFMUstate", ctypes.byref(state))
 
 
+@final
 class Fmi2(Caller):
-    """FMI 2.0. Final."""
+    """FMI 2.0."""
 
     largest_prehistory = 1
+    native: Native
 
     def __init__(self, loaded: Loaded) -> None:
         self.native = Native(loaded.library, loaded.guid, loaded.uri, surrogate=loaded.surrogate)
-
-    @property
-    def messages(self) -> list[str]:
-        return self.native.messages
 
     def call(self, what: str, *arguments: object) -> int:
         return self.native.call(f"fmi2{what}", *arguments)
@@ -111,9 +112,6 @@ class Fmi2(Caller):
 
     def set(self, first: int, values: tuple[float, ...]) -> int:
         return self.native.set(*values, first=first)
-
-    def get(self, first: int, count: int) -> Found:
-        return self.native.try_get(first, count)
 
     def set_rates(self, rates: tuple[float, ...], order: int) -> int:
         """Derivatives of the inputs in the next step."""
@@ -143,18 +141,13 @@ class Fmi2(Caller):
             self.call("SetFMUstate", None),
         ]
 
-    def save(self) -> bytes:
-        return self.native.save()
-
-    def restore(self, data: bytes) -> int:
-        return self.native.restore(data)
-
     def free(self) -> None:
         self.native.free()
 
 
+@final
 class Fmi3(Caller):
-    """FMI 3.0. Final.
+    """FMI 3.0.
 
     Args:
         watches: it has a callback for intermediate update, and may end steps early.
@@ -165,6 +158,7 @@ class Fmi3(Caller):
     """
 
     largest_prehistory = 2
+    native: Native3
 
     def __init__(self, loaded: Loaded, watches: bool = False) -> None:
         resources = with_separator(loaded.folder / "resources")
@@ -205,10 +199,6 @@ class Fmi3(Caller):
             assert self.set(0, self.plan.inputs[sample]) == OK
         return self.begin + self.plan.until * STEP if sample == self.plan.asked else None
 
-    @property
-    def messages(self) -> list[str]:
-        return self.native.messages
-
     def call(self, what: str, *arguments: object) -> int:
         return self.native.call(f"fmi3{what.replace('FMUstate', 'FMUState')}", *arguments)
 
@@ -219,9 +209,6 @@ class Fmi3(Caller):
         wrong = self.native.set(*values, first=first, count=len(values) + 1)
         assert wrong == ERROR, "one value too many"
         return self.native.set(*values, first=first)
-
-    def get(self, first: int, count: int) -> Found:
-        return self.native.try_get(first, count)
 
     def _arrays(self, references: range, n_values: int) -> Found:
         values, count = (ctypes.c_double * n_values)(), ctypes.c_size_t(len(references))
@@ -298,19 +285,11 @@ class Fmi3(Caller):
             self.call("SetFMUstate", None),
         ]
 
-    def save(self) -> bytes:
-        return self.native.save()
-
-    def restore(self, data: bytes) -> int:
-        return self.native.restore(data)
-
     def free(self) -> None:
         self.native.call("fmi3FreeInstance")
 
 
-def _pair(
-    native: Native | Native3, unknowns: range, knowns: range, seed: FloatArray
-) -> list[object]:
+def _pair(native: Instance, unknowns: range, knowns: range, seed: FloatArray) -> list[object]:
     """The arguments that functions for derivatives begin with."""
     numbers = [
         (native.places.references(some), ctypes.c_size_t(len(some))) for some in (unknowns, knowns)

@@ -1,11 +1,13 @@
-"""A thin view of the native library: every call gives the bare FMI status."""
+"""A thin view of the native library, by FMI 2.0 or as both standards have it."""
 
 from __future__ import annotations
 
+import abc
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import final
 
 import fmpy
 import numpy as np
@@ -13,6 +15,7 @@ from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.fmi2 import guid_of
+from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.places import Places
 from tests.fmu.samples import STEP
@@ -20,12 +23,84 @@ from tests.fmu.samples import STEP
 OK, WARNING, DISCARD, ERROR = range(4)
 
 
-class Native:
-    """One FMU instance through ctypes: every call gives the bare FMI status.
+class Instance(abc.ABC):
+    """One FMU instance of some standard through ctypes: every call gives the bare FMI status.
+
+    Attributes:
+        library: has the functions of both standards.
+        places: the variables.
+        messages: what was logged so far.
+        component: the pointer that the functions take.
+    """
+
+    fmi: FmiVersion
+
+    def __init__(self, library: ctypes.CDLL, surrogate: Surrogate | None) -> None:
+        self.library, self.places = library, Places(surrogate, self.fmi)
+        self.messages: list[str] = []
+        self.component = ctypes.c_void_p()
+
+    def call(self, function: str, *arguments: object) -> int:
+        return int(getattr(self.library, function)(self.component, *arguments))
+
+    def of_state(self, verb: str, noun: str = "") -> str:
+        """The function for states with such a name; the standards write it differently."""
+        return f"fmi{self.fmi}{verb}FMU{'state' if self.fmi == 2 else 'State'}{noun}"
+
+    @abc.abstractmethod
+    def write(self, references: ctypes.Array[ctypes.c_uint], values: tuple[float, ...]) -> int:
+        """Set variables of type Real."""
+
+    @abc.abstractmethod
+    def read(
+        self, references: ctypes.Array[ctypes.c_uint], boolean: bool
+    ) -> tuple[int, list[float]]:
+        """Status and values of variables that are all Boolean, or all Real."""
+
+    def hold_inputs(self) -> None:
+        """All inputs are held over each step, where the surrogate was trained on held ones."""
+        for reference in self.places.of_held():
+            assert self.write((ctypes.c_uint * 1)(reference), (1.0,)) == OK
+
+    def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
+        return self.places.read(range(first, first + count), self.read)
+
+    def get(self, first: int, count: int = 1) -> list[float]:
+        status, values = self.try_get(first, count)
+        assert status == OK, self.messages
+        return values
+
+    def save(self) -> bytes:
+        """The serialised state."""
+        state, size = ctypes.c_void_p(), ctypes.c_size_t()
+        assert self.call(self.of_state("Get"), ctypes.byref(state)) == OK
+        assert self.call(self.of_state("Serialized", "Size"), state, ctypes.byref(size)) == OK
+        data = ctypes.create_string_buffer(size.value)
+        assert self.call(self.of_state("Serialize"), state, data, size) == OK
+        assert self.call(self.of_state("Free"), ctypes.byref(state)) == OK
+        return data.raw
+
+    def restore(self, data: bytes) -> int:
+        """Status of deserialising and setting a state."""
+        state = ctypes.c_void_p()
+        verb = "DeSerialize" if self.fmi == 2 else "Deserialize"
+        arguments = (data, ctypes.c_size_t(len(data)), ctypes.byref(state))
+        status = self.call(self.of_state(verb), *arguments)
+        if status == OK:
+            status = self.call(self.of_state("Set"), state)
+            self.call(self.of_state("Free"), ctypes.byref(state))
+        return status
+
+
+@final
+class Native(Instance):
+    """One FMU instance of FMI 2.0.
 
     Held inputs are held in every step, unless ``held`` is false: then those that move smoothly are
     taken to do so within steps, too.
     """
+
+    fmi = 2
 
     def __init__(
         self,
@@ -36,9 +111,7 @@ class Native:
         surrogate: Surrogate | None = None,
         held: bool = True,
     ) -> None:
-        self.library = library
-        self.places = Places(surrogate, 2)
-        self.messages: list[str] = []
+        super().__init__(library, surrogate)
         callbacks = fmi2CallbackFunctions()
         callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
         self._callbacks = callbacks
@@ -54,22 +127,12 @@ class Native:
     def _log(self, _env: object, _name: bytes, _status: int, _kind: bytes, text: bytes) -> None:
         self.messages.append(text.decode())
 
-    def call(self, function: str, *arguments: object) -> int:
-        return int(getattr(self.library, function)(self.component, *arguments))
-
     def start(self, time: float = 0.0) -> Native:
         zero = ctypes.c_double(0)
         assert self.call("fmi2SetupExperiment", 0, zero, ctypes.c_double(time), 0, zero) == OK
         assert self.call("fmi2EnterInitializationMode") == OK
         assert self.call("fmi2ExitInitializationMode") == OK
         return self
-
-    def hold_inputs(self) -> None:
-        """All inputs are held over each step, where the surrogate was trained on held ones."""
-        for reference in self.places.of_held():
-            number = ctypes.byref(ctypes.c_uint(reference))
-            one, value = ctypes.c_size_t(1), ctypes.byref(ctypes.c_double(1))
-            assert self.call("fmi2SetReal", number, one, value) == OK
 
     def reset(self) -> int:
         """Status of a reset, after which inputs are held again."""
@@ -78,11 +141,12 @@ class Native:
         return status
 
     def set(self, *values: float, first: int = 0) -> int:
+        return self.write(self.places.references(range(first, first + len(values))), values)
+
+    def write(self, references: ctypes.Array[ctypes.c_uint], values: tuple[float, ...]) -> int:
         count = len(values)
-        references = self.places.references(range(first, first + count))
-        return self.call(
-            "fmi2SetReal", references, ctypes.c_size_t(count), (ctypes.c_double * count)(*values)
-        )
+        data = (ctypes.c_double * count)(*values)
+        return self.call("fmi2SetReal", references, ctypes.c_size_t(count), data)
 
     def set_rates(self, *rates: float, first: int = 0, order: int = 1) -> int:
         """Derivatives of inputs with respect to time, in 1/s."""
@@ -95,15 +159,7 @@ class Native:
             (ctypes.c_double * count)(*rates),
         )
 
-    def get(self, first: int, count: int = 1) -> list[float]:
-        status, values = self.try_get(first, count)
-        assert status == OK, self.messages
-        return values
-
-    def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
-        return self.places.read(range(first, first + count), self._read)
-
-    def _read(
+    def read(
         self, references: ctypes.Array[ctypes.c_uint], boolean: bool
     ) -> tuple[int, list[float]]:
         values = ((ctypes.c_int if boolean else ctypes.c_double) * len(references))()
@@ -125,26 +181,6 @@ class Native:
         last = ctypes.c_double()
         assert self.call("fmi2GetRealStatus", 2, ctypes.byref(last)) == OK
         return last.value
-
-    def save(self) -> bytes:
-        """The serialised state."""
-        state, size = ctypes.c_void_p(), ctypes.c_size_t()
-        assert self.call("fmi2GetFMUstate", ctypes.byref(state)) == OK
-        assert self.call("fmi2SerializedFMUstateSize", state, ctypes.byref(size)) == OK
-        data = ctypes.create_string_buffer(size.value)
-        assert self.call("fmi2SerializeFMUstate", state, data, size) == OK
-        assert self.call("fmi2FreeFMUstate", ctypes.byref(state)) == OK
-        return data.raw
-
-    def restore(self, data: bytes) -> int:
-        """Status of deserialising and setting a state."""
-        state = ctypes.c_void_p()
-        arguments = (data, ctypes.c_size_t(len(data)), ctypes.byref(state))
-        status = self.call("fmi2DeSerializeFMUstate", *arguments)
-        if status == OK:
-            status = self.call("fmi2SetFMUstate", state)
-            self.call("fmi2FreeFMUstate", ctypes.byref(state))
-        return status
 
     def free(self) -> None:
         self.library.fmi2FreeInstance(self.component)

@@ -6,15 +6,14 @@ import ctypes
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK, Loaded
-from tests.fmu.places import Places
+from tests.fmu.native import OK, Instance, Loaded
 from tests.fmu.samples import STEP
 
 Watch = Callable[[float, bool], float | None]
@@ -23,8 +22,11 @@ Watch = Callable[[float, bool], float | None]
 NO, YES = ctypes.c_bool(False), ctypes.c_bool(True)
 
 
-class Native3:
-    """One FMU instance through ctypes."""
+@final
+class Native3(Instance):
+    """One FMU instance of FMI 3.0."""
+
+    fmi = 3
 
     def __init__(
         self,
@@ -37,9 +39,7 @@ class Native3:
         ends: bool = False,
         surrogate: Surrogate | None = None,
     ) -> None:
-        self.library = library
-        self.places = Places(surrogate, 3)
-        self.messages: list[str] = []
+        super().__init__(library, surrogate)
         self._logger = fmi3LogMessageCallback(self._log)
         place = None if resources is None else str(resources).encode()
         arguments = (b"one", guid.encode(), place, NO, ctypes.c_bool(logging))
@@ -50,7 +50,7 @@ class Native3:
         more = (ctypes.c_bool(events), early, *none, self._logger, self._watcher)
         library.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
         pointer = library.fmi3InstantiateCoSimulation(*arguments, *more)
-        self.instance = ctypes.c_void_p(pointer)
+        self.component = ctypes.c_void_p(pointer)
         self.last = 0.0
         self.flags: tuple[bool, ...] = ()
 
@@ -76,9 +76,6 @@ class Native3:
         if end is not None:
             ends[0], until[0] = True, end  # type: ignore[index]
 
-    def call(self, function: str, *arguments: object) -> int:
-        return int(getattr(self.library, function)(self.instance, *arguments))
-
     def initialize(self, time: float = 0.0, stop: float | None = None) -> int:
         zero, end = ctypes.c_double(0), ctypes.c_double(stop or 0.0)
         defined = ctypes.c_bool(stop is not None)
@@ -90,35 +87,27 @@ class Native3:
         assert self.call("fmi3ExitInitializationMode") == OK
         return self
 
-    def hold_inputs(self) -> None:
-        """All inputs are held over each step, where the surrogate was trained on held ones."""
-        for reference in self.places.of_held():
-            one, value = ctypes.c_size_t(1), ctypes.byref(ctypes.c_double(1))
-            number = ctypes.byref(ctypes.c_uint(reference))
-            assert self.call("fmi3SetFloat64", number, one, value, one) == OK
-
     def set(self, *values: float, first: int = 0, count: int | None = None) -> int:
-        n = len(values)
-        references = self.places.references(range(first, first + n))
-        data = (ctypes.c_double * n)(*values)
-        n_values = ctypes.c_size_t(n if count is None else count)
-        return self.call("fmi3SetFloat64", references, ctypes.c_size_t(n), data, n_values)
+        references = self.places.references(range(first, first + len(values)))
+        return self.write(references, values, count)
 
-    def try_get(self, first: int, count: int = 1) -> tuple[int, list[float]]:
-        return self.places.read(range(first, first + count), self._read)
+    def write(
+        self,
+        references: ctypes.Array[ctypes.c_uint],
+        values: tuple[float, ...],
+        count: int | None = None,
+    ) -> int:
+        n, data = ctypes.c_size_t(len(values)), (ctypes.c_double * len(values))(*values)
+        n_values = n if count is None else ctypes.c_size_t(count)
+        return self.call("fmi3SetFloat64", references, n, data, n_values)
 
-    def _read(
+    def read(
         self, references: ctypes.Array[ctypes.c_uint], boolean: bool
     ) -> tuple[int, list[float]]:
         values = ((ctypes.c_bool if boolean else ctypes.c_double) * len(references))()
         function = "fmi3GetBoolean" if boolean else "fmi3GetFloat64"
         n = ctypes.c_size_t(len(references))
         return self.call(function, references, n, values, n), list(values)
-
-    def get(self, first: int, count: int = 1) -> list[float]:
-        status, values = self.try_get(first, count)
-        assert status == OK, self.messages
-        return values
 
     def do_step(self, time: float, step: float = STEP) -> int:
         event, terminate, early = (ctypes.c_bool(True) for _ in range(3))
@@ -143,26 +132,6 @@ class Native3:
         assert status == OK, self.messages
         return np.array(sensitivity)
 
-    def save(self) -> bytes:
-        """The serialised state."""
-        state, size = ctypes.c_void_p(), ctypes.c_size_t()
-        assert self.call("fmi3GetFMUState", ctypes.byref(state)) == OK
-        assert self.call("fmi3SerializedFMUStateSize", state, ctypes.byref(size)) == OK
-        data = ctypes.create_string_buffer(size.value)
-        assert self.call("fmi3SerializeFMUState", state, data, size) == OK
-        assert self.call("fmi3FreeFMUState", ctypes.byref(state)) == OK
-        return data.raw
-
-    def restore(self, data: bytes) -> int:
-        """Status of deserialising and setting a state."""
-        state = ctypes.c_void_p()
-        arguments = (data, ctypes.c_size_t(len(data)), ctypes.byref(state))
-        status = self.call("fmi3DeserializeFMUState", *arguments)
-        if status == OK:
-            status = self.call("fmi3SetFMUState", state)
-            self.call("fmi3FreeFMUState", ctypes.byref(state))
-        return status
-
 
 def instance_of(loaded: Loaded, held: bool = True, **options: Any) -> Native3:
     """An FMU as an instance of FMI 3.0; options are those of Native3.
@@ -172,7 +141,7 @@ def instance_of(loaded: Loaded, held: bool = True, **options: Any) -> Native3:
     """
     folder = with_separator(loaded.folder / "resources")
     made = Native3(loaded.library, loaded.guid, folder, surrogate=loaded.surrogate, **options)
-    if held and made.instance.value:
+    if held and made.component.value:
         made.hold_inputs()
     return made
 

@@ -1,13 +1,19 @@
-"""The FMI 2.0 calls of the native library: their order, references, messages and places."""
+"""The FMI 2.0 calls of the native library: their order, references, messages and places; and what
+both standards do alike."""
 
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 from pathlib import Path
 
+import pytest
+
 from slide_fmu.fmu.libraries.build import BINARIES
-from tests.fmu.native import DISCARD, ERROR, OK, Loaded, Native
+from slide_fmu.fmu.libraries.platforms import FmiVersion
+from tests.fmu.native import DISCARD, ERROR, OK, Instance, Loaded, Native
+from tests.fmu.native3 import instance_of
 from tests.fmu.standards import functions
 
 
@@ -56,24 +62,29 @@ def test_all_functions_of_both_standards_are_exported(rich: Loaded) -> None:
         assert name.encode() + b"\0" in arm
 
 
-def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded) -> None:
-    without = {"fmi2Instantiate", "fmi2FreeInstance", "fmi2GetVersion", "fmi2GetTypesPlatform"}
-    for function in set(functions(2)) - without:
-        assert getattr(rich.library, function)(*[ctypes.c_void_p()] * 7) == ERROR
-    rich.library.fmi2FreeInstance(ctypes.c_void_p())
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded, fmi: FmiVersion) -> None:
+    for name in functions(fmi):
+        if not re.search("Instantiate|FreeInstance|GetVersion|GetTypesPlatform", name):
+            assert getattr(rich.library, name)(*[ctypes.c_void_p()] * 9) == ERROR, name
+    getattr(rich.library, f"fmi{fmi}FreeInstance")(ctypes.c_void_p())
+
+
+NOT_OFFERED = [
+    *("fmi2GetRealOutputDerivatives", "fmi2CancelStep"),
+    *("fmi2GetContinuousStates", "fmi2EnterEventMode"),
+    *("fmi3EnterEventMode", "fmi3UpdateDiscreteStates", "fmi3EnterConfigurationMode"),
+    *("fmi3GetVariableDependencies", "fmi3GetOutputDerivatives", "fmi3GetContinuousStates"),
+    "fmi3ActivateModelPartition",
+]
 
 
 def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> None:
-    native = rich.instance().start()
-    nothing = [ctypes.c_void_p()] * 6
-    for function in (
-        "fmi2GetRealOutputDerivatives",
-        "fmi2CancelStep",
-        "fmi2GetContinuousStates",
-        "fmi2EnterEventMode",
-    ):
-        assert native.call(function, *nothing) == ERROR
-        assert native.messages[-1].startswith(function)
+    two, three = rich.instance().start(), instance_of(rich).start()
+    for name in NOT_OFFERED:
+        native: Instance = two if name.startswith("fmi2") else three
+        assert native.call(name, *[ctypes.c_void_p()] * 8) == ERROR
+        assert native.messages[-1].startswith(name)
 
 
 def test_statuses_that_are_not_known_are_discarded(rich: Loaded) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 import struct
 import zlib
 
@@ -30,6 +31,22 @@ def refused(loaded: Loaded, content: bytes) -> str:
     return native.messages[0]
 
 
+def with_checksum(body: bytes) -> bytes:
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def edited(surrogate: Surrogate, section: bytes, place: int, kind: str, value: float) -> bytes:
+    """The surrogate's file with another number at a place in a section.
+
+    Places below 0 count from the section's end.
+    """
+    body = bytearray(surrogate.to_bytes()[:-4])
+    if place < 0:
+        place += int.from_bytes(body[body.index(section) + 4 :][:4], "little")
+    struct.pack_into(kind, body, body.index(section) + 8 + place, value)
+    return with_checksum(bytes(body))
+
+
 def _with_estimator(surrogate: Surrogate, **changes: object) -> bytes:
     """A surrogate file whose estimator was never checked."""
     assert surrogate.estimator is not None
@@ -48,8 +65,7 @@ def test_estimators_of_another_family_are_refused(load: Load) -> None:
 def test_library_refuses_a_file_of_another_version_and_says_how_to_get_one(load: Load) -> None:
     loaded = load(sum_surrogate())
     content = loaded.surrogate.to_bytes()
-    body = content[:8] + struct.pack("<I", VERSION - 1) + content[12:-4]
-    old = body + struct.pack("<I", zlib.crc32(body))
+    old = with_checksum(content[:8] + struct.pack("<I", VERSION - 1) + content[12:-4])
     (loaded.folder / "resources" / "surrogate.slide").write_bytes(old)
     native = loaded.instance()
     assert not native.component.value
@@ -73,8 +89,7 @@ def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) ->
     assert isinstance(network, FeedForward)
     right, wrong = (struct.pack("<4I", 3, *row) for row in (network.ages, ages))
     assert content.count(right) == 1
-    body = content.replace(right, wrong)[:-4]
-    message = refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), with_checksum(content.replace(right, wrong)[:-4]))
     assert "surrogate file: " in message
     assert "age" in message
 
@@ -91,7 +106,7 @@ def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: Loaded) -> 
     assert "cannot read" in rich.instance().messages[0]
 
 
-def test_inertia_that_is_not_symmetric_isrefused(load: Load) -> None:
+def test_inertia_that_is_not_symmetric_is_refused(load: Load) -> None:
     surrogate = random_surrogate(Shape(n_inputs=2, features="chain", cell=CellShape()))
     network, content = surrogate.network, surrogate.to_bytes()
     assert isinstance(network, StateSpace)
@@ -101,36 +116,31 @@ def test_inertia_that_is_not_symmetric_isrefused(load: Load) -> None:
     wrong[0, 2] *= 1 + 1e-6
     assert content.count(right.tobytes()) == 1
     body = content.replace(right.tobytes(), wrong.tobytes())[:-4]
-    message = refused(load(surrogate), body + struct.pack("<I", zlib.crc32(body)))
+    message = refused(load(surrogate), with_checksum(body))
     assert "surrogate file: inertia of link 1 of a chain; expected a symmetric tensor" in message
 
 
 @pytest.mark.parametrize(
-    ("place", "value"),
-    [(0, 16), (4, 9), (4, 0xFFFFFFFF), (8, 0), (8, 9), (8, 0xFFFFFFFF), (12, 0), (12, 65)],
+    ("section", "place", "kind", "value", "said"),
+    [
+        *(
+            (b"MOVE", place, "<I", value, "a forecast by ")
+            for place, values in {
+                0: (16,),
+                4: (9, 0xFFFFFFFF),
+                8: (0, 9, 0xFFFFFFFF),
+                12: (0, 65),
+            }.items()
+            for value in values
+        ),
+        (b"MOVE", 16, "<d", -1.0, "surrogate file"),
+        (b"MOVE", 16, "<d", math.nan, "surrogate file"),
+        (b"MOVE", 16 + 8 * 3, "<d", math.inf, "surrogate file"),
+        (b"SCIN", 24, "<I", 0, "of inputs with a first-order hold"),
+    ],
 )
-def test_forecasts_of_impossible_sizes_are_refused(load: Load, place: int, value: int) -> None:
-    surrogate = forecasting(sum_surrogate(hold="first_order"))
-    body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into("<I", body, body.index(b"MOVE") + 8 + place, value)
-    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
-    assert "surrogate file: a forecast by " in message
-
-
-@pytest.mark.parametrize(("place", "value"), [(0, -1.0), (0, float("nan")), (3, float("inf"))])
-def test_forecasts_with_impossible_numbers_are_refused(
-    load: Load, place: int, value: float
+def test_impossible_forecast_is_refused(
+    load: Load, section: bytes, place: int, kind: str, value: float, said: str
 ) -> None:
     surrogate = forecasting(sum_surrogate(hold="first_order"))
-    body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into("<d", body, body.index(b"MOVE") + 24 + 8 * place, value)
-    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
-    assert "surrogate file" in message
-
-
-def test_forecast_of_inputs_that_are_held_isrefused(load: Load) -> None:
-    surrogate = forecasting(sum_surrogate(hold="first_order"))
-    body = bytearray(surrogate.to_bytes()[:-4])
-    struct.pack_into("<I", body, body.index(b"SCIN") + 8 + 24, 0)
-    message = refused(load(surrogate), bytes(body) + struct.pack("<I", zlib.crc32(body)))
-    assert "of inputs with a first-order hold" in message
+    assert said in refused(load(surrogate), edited(surrogate, section, place, kind, value))

@@ -90,12 +90,12 @@ def library_problems(path: Path, name: str, fmi: FmiVersion, trusted: bool) -> l
     known = libraries(name, fmi)
     problems = []
     for member, expected in known.items():
-        found = read_member(path, member)
-        if found is None:
+        content = read_member(path, member)
+        if content is None:
             problems.append(f"binary {member} is missing; export again")
-        elif found != expected and not trusted:
+        elif content != expected and not trusted:
             problems.append(
-                f"binary {member} has the SHA-256 hash {_hash(found)}; expected "
+                f"binary {member} has the SHA-256 hash {_hash(content)}; expected "
                 f"{_hash(expected)}: it is damaged, foreign, or of another version "
                 "of slide-fmu; export again, or run it all the same (--run)"
             )
@@ -127,18 +127,18 @@ def source_problems(path: Path, name: str, fmi: FmiVersion) -> list[str]:
     """
     with open_archive(path) as archive:
         members = [member for member in archive.namelist() if not member.endswith("/")]
-    found = {member for member in members if member.casefold().startswith(f"{FOLDER}/")}
-    if not found:
+    sources = {member for member in members if member.casefold().startswith(f"{FOLDER}/")}
+    if not sources:
         return []
     try:
-        scalar = any(member.endswith("CustomFMU.xml") for member in found)
+        scalar = any(member.endswith("CustomFMU.xml") for member in sources)
         known = source_members(name, read_member(path, SURROGATE) or b"", fmi, scalar)
     except NativeError as error:
         return [
-            f"the {len(found)} files in {FOLDER}/ cannot be compared with those of slide-fmu: "
+            f"the {len(sources)} files in {FOLDER}/ cannot be compared with those of slide-fmu: "
             f"{error}; check the FMU on another computer, or take them as they are (--run)"
         ]
-    every = sorted(found | set(known))
+    every = sorted(sources | set(known))
     others = [member for member in every if read_member(path, member) != known.get(member)]
     if not others:
         return []

@@ -49,9 +49,9 @@ def refined(
         length = np.interp(at, times, np.hypot(values[:, i], values[:, i + 1]))
         turned = _column(times, angle, at, of)
         columns[i], columns[i + 1] = length * np.cos(turned), length * np.sin(turned)
-    found = np.stack(columns, axis=1)
-    found[places] = values
-    return at, found, places
+    inputs = np.stack(columns, axis=1)
+    inputs[places] = values
+    return at, inputs, places
 
 
 def interpolated(
@@ -114,24 +114,24 @@ def evened(
 
 def _sag(times: FloatArray, values: FloatArray, step: float) -> FloatArray:
     """Return the mean distance of lines of one step from the curve, where it is smooth."""
-    found, smooth = np.zeros(len(times)), _is_smooth(times, values)
+    sags, smooth = np.zeros(len(times)), _is_smooth(times, values)
     if len(times) > 2:
         slopes = np.diff(values) / np.diff(times)
         curvature = 2 * np.diff(slopes) / (times[2:] - times[:-2])
-        found[1:-1] = np.where(smooth[1:] & smooth[:-1], step**2 / 12 * curvature, 0.0)
-    return found
+        sags[1:-1] = np.where(smooth[1:] & smooth[:-1], step**2 / 12 * curvature, 0.0)
+    return sags
 
 
 def _column(
     times: FloatArray, values: FloatArray, at: FloatArray, of: NDArray[np.int64]
 ) -> FloatArray:
     """Interpolate one input or angle at times; all but the last lie in the intervals ``of``."""
-    found = np.interp(at, times, values)
+    course = np.interp(at, times, values)
     first = np.clip(of - 1, 0, max(len(times) - 4, 0))
     curved = _is_smooth(times, values)[of]
     nodes = first[curved, None] + np.arange(4)
-    found[:-1][curved] = _cubic(times[nodes], values[nodes], at[:-1][curved])
-    return found
+    course[:-1][curved] = _cubic(times[nodes], values[nodes], at[:-1][curved])
+    return course
 
 
 def _is_smooth(times: FloatArray, values: FloatArray) -> NDArray[np.bool_]:
@@ -157,11 +157,11 @@ def _is_smooth(times: FloatArray, values: FloatArray) -> NDArray[np.bool_]:
 
 def _cubic(nodes: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Evaluate cubics through four points each, (M, 4), at one time each, (M,)."""
-    found = np.zeros(len(at))
+    sums = np.zeros(len(at))
     for i in range(4):
         weight = np.ones(len(at))
         for j in range(4):
             if j != i:
                 weight = weight * (at - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
-        found += weight * values[:, i]
-    return found
+        sums += weight * values[:, i]
+    return sums

@@ -43,13 +43,13 @@ def bound_problems(
         IN_DOMAIN: trust.in_domain.astype(np.float64),
         TRUSTED: trust.trusted().astype(np.float64),
     }
-    for name, (found, allowed) in bound_deviations(surrogate, native, expected).items():
-        if not found <= allowed:
+    for name, (deviation, allowed) in bound_deviations(surrogate, native, expected).items():
+        if not deviation <= allowed:
             flag = name in (IN_DOMAIN, TRUSTED)
             where = "at {:.3g} of the steps" if flag else "by {:.3g} of the value"
             yield (
-                f"{name}: native library and numpy differ {where.format(found)}; expected at most "
-                f"{allowed:.3g}, export again"
+                f"{name}: native library and numpy differ {where.format(deviation)}; expected at "
+                f"most {allowed:.3g}, export again"
             )
 
 
@@ -59,13 +59,13 @@ def bound_names(surrogate: Surrogate) -> list[str]:
 
 
 def bound_deviations(
-    surrogate: Surrogate, found: Mapping[str, FloatArray], expected: Mapping[str, FloatArray]
+    surrogate: Surrogate, native: Mapping[str, FloatArray], expected: Mapping[str, FloatArray]
 ) -> dict[str, tuple[float, float]]:
     """Compare bounds, novelty and flags with others, which may differ by rounding.
 
     Args:
         surrogate: the surrogate in the FMU; it has an error bound.
-        found, expected: these variables by name, (N,) each.
+        native, expected: these variables by name, (N,) each.
 
     Returns:
         By name the deviation, and the largest allowed one: for bounds the median of the relative
@@ -74,31 +74,31 @@ def bound_deviations(
         bound at its tolerance, where rounding decides, do not count.
     """
     result = {
-        name: (float(np.median(_relative(found[name], expected[name]))), BOUND_TOLERANCE)
+        name: (float(np.median(_relative(native[name], expected[name]))), BOUND_TOLERANCE)
         for name in bound_names(surrogate)
     }
     novelty = expected[NOVELTY]
-    apart = np.abs(found[NOVELTY] - novelty) / np.maximum(novelty, 1.0)
+    apart = np.abs(native[NOVELTY] - novelty) / np.maximum(novelty, 1.0)
     result[NOVELTY] = float(apart.max()), NOVELTY_TOLERANCE
     clear = np.abs(novelty - 1) > NOVELTY_TOLERANCE
-    result[IN_DOMAIN] = _share_of_others(clear, found, expected, IN_DOMAIN), 0.0
-    if TRUSTED in found and TRUSTED in expected:
+    result[IN_DOMAIN] = _share_of_others(clear, native, expected, IN_DOMAIN), 0.0
+    if TRUSTED in native and TRUSTED in expected:
         for name, most in zip(bound_names(surrogate), surrogate.error_tolerances, strict=True):
-            clear &= (found[name] <= most) == (expected[name] <= most)
-        result[TRUSTED] = _share_of_others(clear, found, expected, TRUSTED), 0.0
+            clear &= (native[name] <= most) == (expected[name] <= most)
+        result[TRUSTED] = _share_of_others(clear, native, expected, TRUSTED), 0.0
     return result
 
 
 def _share_of_others(
     counted: NDArray[np.bool_],
-    found: Mapping[str, FloatArray],
+    native: Mapping[str, FloatArray],
     expected: Mapping[str, FloatArray],
     name: str,
 ) -> float:
     """Return the share of samples whose flag differs, of those that count."""
-    return float(np.mean(counted & (found[name] != expected[name])))
+    return float(np.mean(counted & (native[name] != expected[name])))
 
 
-def _relative(found: FloatArray, expected: FloatArray) -> FloatArray:
+def _relative(native: FloatArray, expected: FloatArray) -> FloatArray:
     """Return differences relative to the expected values, which may be zero."""
-    return np.asarray(np.abs(found - expected) / np.maximum(expected, np.finfo(np.float64).tiny))
+    return np.asarray(np.abs(native - expected) / np.maximum(expected, np.finfo(np.float64).tiny))

@@ -167,10 +167,10 @@ def _compare_variables(
         (v.name, v.reference, types[v.type], v.unit, v.causality)
         for v in fmu_variables(surrogate, fmi)
     ]
-    found = [
+    written = [
         (v.name, v.valueReference, v.type, v.unit, v.causality) for v in description.modelVariables
     ]
-    pairs = [pair for pair in zip_longest(found, expected) if pair[0] != pair[1]]
+    pairs = [pair for pair in zip_longest(written, expected) if pair[0] != pair[1]]
     if not pairs:
         return []
     first = f"variable {_described(pairs[0][0])}; expected {_described(pairs[0][1])}"
@@ -192,8 +192,8 @@ def _compare_attributes(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> li
             sources = any(name.startswith(f"{FOLDER}/") for name in archive.namelist())
         files = compiled_files() if sources else ()
         written = model_description(surrogate, guid_of(payload), files)
-    found = ElementTree.fromstring(read_member(path, DESCRIPTION) or b"")
-    others = list(differences(found, ElementTree.fromstring(written)))
+    root = ElementTree.fromstring(read_member(path, DESCRIPTION) or b"")
+    others = list(differences(root, ElementTree.fromstring(written)))
     more = [f"{DESCRIPTION}: {len(others) - SHOWN} further differences"] * (len(others) > SHOWN)
     return [
         f"{DESCRIPTION}: {other}: it was edited, or another version of slide-fmu made it; export "
@@ -217,10 +217,10 @@ def _compare_run(path: Path, surrogate: Surrogate, fmi: FmiVersion) -> list[str]
     if not isinstance(native, dict):
         return native
     problems = [
-        f"{name}: native library and numpy differ by {found:.3g}; expected at most {allowed:.3g}, "
-        "export again"
-        for name, (found, allowed) in _deviations(surrogate, native, inputs).items()
-        if not found <= allowed
+        f"{name}: native library and numpy differ by {deviation:.3g}; expected at most "
+        f"{allowed:.3g}, export again"
+        for name, (deviation, allowed) in _deviations(surrogate, native, inputs).items()
+        if not deviation <= allowed
     ]
     return [*problems, *bound_problems(surrogate, native, inputs)]
 
@@ -238,9 +238,9 @@ def wide_differences(path: Path) -> list[str]:
         return native
     names = {signal.name for signal in surrogate.outputs}
     return [
-        f"{name}: native library and numpy differ by {found:.3g} on random inputs"
-        for name, (found, allowed) in _deviations(surrogate, native, inputs).items()
-        if name in names and not found <= WIDE * allowed
+        f"{name}: native library and numpy differ by {deviation:.3g} on random inputs"
+        for name, (deviation, allowed) in _deviations(surrogate, native, inputs).items()
+        if name in names and not deviation <= WIDE * allowed
     ]
 
 
@@ -278,7 +278,7 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
     """
     steps, outputs = np.arange(1, len(inputs) + 1), surrogate.predict_newest(inputs)
     estimates = None if surrogate.estimator is None else surrogate.estimate_error(inputs)
-    found = {
+    tables = {
         "{signal}": outputs,
         ERROR_ESTIMATE: estimates,
         TRUNCATION_ERROR: surrogate.truncation_errors(inputs),
@@ -291,7 +291,7 @@ def _expected(surrogate: Surrogate, inputs: FloatArray) -> dict[str, tuple[Float
     if surrogate.output_ranges is not None:
         inside = surrogate.outputs_in_range(outputs)
         expected[OUTPUTS_IN_RANGE] = inside.astype(np.float64), 0.0
-    for kind, table in found.items():
+    for kind, table in tables.items():
         if table is None:
             continue
         for signal, values, y in zip(surrogate.outputs, table.T, outputs.T, strict=True):

@@ -81,8 +81,8 @@ def simulate(
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
-        found = run.held(own, _means(times, values, own))
-        return np.stack([np.interp(times, own, column) for column in found.T], axis=1)
+        outputs_at_own = run.held(own, _means(times, values, own))
+        return np.stack([np.interp(times, own, column) for column in outputs_at_own.T], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +131,8 @@ class _Simulation:
 def _of_kind(fmu: UnpackedFmu, key: str) -> list[str]:
     """Return the names of the variables of one kind, in the order of their value references."""
     number = BY_KEY[key].number
-    found = {r: n for n, r in fmu.references.items() if r // REFERENCES_PER_KIND == number}
-    return [found[reference] for reference in sorted(found)]
+    names = {r: n for n, r in fmu.references.items() if r // REFERENCES_PER_KIND == number}
+    return [names[reference] for reference in sorted(names)]
 
 
 @dataclass(frozen=True)

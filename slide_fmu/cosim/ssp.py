@@ -80,7 +80,7 @@ def write_system(
 
 def _places(components: Collection[str]) -> dict[str, str]:
     """Return where each component has its files, without their suffix."""
-    found: dict[str, str] = {}
+    places: dict[str, str] = {}
     for component in components:
         if not component.isprintable():
             raise ValueError(
@@ -90,10 +90,10 @@ def _places(components: Collection[str]) -> dict[str, str]:
         stem = re.sub(r"[^A-Za-z0-9_-]", "_", component)[:LONGEST]
         place = f"resources/{stem}"
         # some file systems take capital letters for small ones
-        while place.lower() in {one.lower() for one in found.values()}:
-            place = f"{place}_{len(found)}"
-        found[component] = place
-    return found
+        while place.lower() in {one.lower() for one in places.values()}:
+            place = f"{place}_{len(places)}"
+        places[component] = place
+    return places
 
 
 _Connectors = Mapping[str, tuple[str, str]]
@@ -115,7 +115,7 @@ def _connectors(fmu: Path) -> _Connectors:
 def _require(kinds: Mapping[str, _Connectors], connector: tuple[str, str], kind: str) -> None:
     """Reject a connector that no component has as input or output."""
     component, name = connector
-    known = [key for key, (found, _) in kinds.get(component, {}).items() if found == kind]
+    known = [key for key, (own, _) in kinds.get(component, {}).items() if own == kind]
     if name not in known:
         raise ValueError(
             f"SSP connection at {component}.{name}: no {kind} has that name; expected one of "

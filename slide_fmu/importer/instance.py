@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
-from ctypes import byref, c_bool, c_double, c_float, c_int
+from ctypes import byref, c_bool, c_double
 from pathlib import Path
 from typing import Any, final
 
 import fmpy
 from fmpy import fmi2, fmi3
-from fmpy.model_description import ModelVariable
 from fmpy.simulation import (
     apply_start_values,
     settable_in_initialization_mode,
     settable_in_instantiated,
 )
 
+from slide_fmu.importer.calls import FailedCallError, GuardedCalls
 from slide_fmu.importer.description import experiment, is_fmi_3, start_time
-from slide_fmu.importer.errors import CoSimulationError, LostError
+from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.importer.log import SHOWN, callbacks_of_fmi2, logger
+from slide_fmu.importer.variables import InstanceVariables
 
 _CLASSES = {
     ("co_simulation", False): fmi2.FMU2Slave,
@@ -29,39 +30,6 @@ _CLASSES = {
     ("model_exchange", False): fmi2.FMU2Model,
     ("model_exchange", True): fmi3.FMU3Model,
 }
-
-_C_TYPES: Mapping[tuple[str, bool], Any] = {
-    ("Real", False): c_double,
-    ("Boolean", False): c_int,
-    ("Float64", True): c_double,
-    ("Float32", True): c_float,
-    ("Boolean", True): c_bool,
-}
-"""Type of C of the variables that are set and got as numbers, by type and whether of FMI 3.0."""
-
-STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
-"""Names of the statuses of calls in FMI 2.0 and 3.0, in the order of their numbers."""
-
-
-class FailedCallError(CoSimulationError):
-    """A FailedCallError tells which call of an FMU failed, and what the FMU logged.
-
-    Attributes:
-        reason: the message without the name of the FMU.
-    """
-
-    def __init__(self, label: str, reason: str) -> None:
-        super().__init__(f"{label}: {reason}")
-        self.reason = reason
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Errors are sent to other processes."""
-        label = str(self).removesuffix(f": {self.reason}")
-        return type(self), (label, self.reason)
-
-
-class LostCallError(FailedCallError, LostError):
-    """A LostCallError tells the same of a call that ended with a fatal error."""
 
 
 @final
@@ -199,7 +167,8 @@ class Instance:
 
     def variables(self, names: Sequence[str]) -> InstanceVariables:
         """Return variables that are set and got together."""
-        return InstanceVariables(self, [self.fmu.variables[name] for name in names])
+        chosen = [self.fmu.variables[name] for name in names]
+        return InstanceVariables(self.calls, self.fmi_3, chosen)
 
     def do_step(self, time: float, length: float, final: bool = True) -> None:
         """Take a step of co-simulation.
@@ -261,14 +230,6 @@ class Instance:
         """Forget a state."""
         self.calls.freeFMUState(state)
 
-    @contextmanager
-    def to_come_back(self) -> Iterator[None]:
-        """Undo what happens in a ``with`` block."""
-        state = self.save()
-        yield
-        self.restore(state)
-        self.free_state(state)
-
     def terminate(self) -> None:
         """End the simulation."""
         self.calls.terminate()
@@ -296,112 +257,9 @@ def instantiated(
         instance.free()
 
 
-class GuardedCalls:
-    """All calls of an instance pass through this, which says why one failed.
-
-    Attributes:
-        lost: whether a call ended with a fatal error.
-        withdrawn: whether the instance was freed for another one.
-    """
-
-    def __init__(self, label: str, functions: Mapping[str, Any], messages: list[str]) -> None:
-        self.label, self.functions, self.messages = label, functions, messages
-        self.lost = self.withdrawn = False
-
-    def __call__(self, name: str, *arguments: Any) -> Any:
-        if self.lost:
-            return None
-        if self.withdrawn:
-            raise CoSimulationError(
-                f"{self.label} allows one instance in a process "
-                "(canBeInstantiatedOnlyOncePerProcess), and another one was made since; expected "
-                "one at a time: begin anew"
-            )
-        function = self.functions[name]
-        result = function(*arguments)
-        if function.restype is c_int and result > fmi2.fmi2Warning:
-            raise self.failed(name, result)
-        return result
-
-    def failed(self, name: str, status: int) -> FailedCallError:
-        """Return the error of a call with a status, which has what was logged."""
-        self.lost = status == fmi2.fmi2Fatal
-        kind = STATUSES[status] if status < len(STATUSES) else "unknown"
-        why = "; ".join(self.messages[-SHOWN:]) or "without a reason: run this FMU alone"
-        reason = f"{name} failed with status {status} ({kind}): {why}"
-        return (LostCallError if self.lost else FailedCallError)(self.label, reason)
-
-
 def _free(calls: Any, guard: GuardedCalls) -> None:
     if not guard.lost:  # not even to be freed
         calls.freeInstance()
-
-
-@final
-class InstanceVariables:
-    """InstanceVariables are set and got together, in one order; a Boolean is 0 or 1.
-
-    Its arrays are made once: inputs are set several times in every step of a solver.
-
-    Args:
-        instance: the instance.
-        variables: fmpy's descriptions, of types Real, Float64, Float32 or Boolean.
-    """
-
-    def __init__(self, instance: Instance, variables: Sequence[ModelVariable]) -> None:
-        self.references = [variable.valueReference for variable in variables]
-        types = [variable.type for variable in variables]
-        self._blocks = [
-            _Block(instance, kind, [i for i, type_ in enumerate(types) if type_ == kind], self)
-            for kind in dict.fromkeys(types)
-        ]
-
-    def __len__(self) -> int:
-        return len(self.references)
-
-    def set(self, values: Sequence[float]) -> None:
-        """Set one value for each variable, in their units."""
-        if len(self._blocks) == 1:
-            self._blocks[0].set(values)
-            return
-        for block in self._blocks:
-            block.set([values[column] for column in block.columns])
-
-    def get(self) -> list[float]:
-        """Return one value for each variable, in their units."""
-        if len(self._blocks) == 1:
-            return self._blocks[0].get()
-        values = [0.0] * len(self.references)
-        for block in self._blocks:
-            for column, value in zip(block.columns, block.get(), strict=True):
-                values[column] = value
-        return values
-
-
-class _Block:
-    """A block has the variables of one type."""
-
-    def __init__(
-        self, instance: Instance, type_: str, columns: list[int], all_: InstanceVariables
-    ) -> None:
-        self.columns = columns
-        self._call: Callable[..., Any] = instance.calls._call
-        kind, count = _C_TYPES[type_, instance.fmi_3], len(columns)
-        numbers = (fmi2.fmi2ValueReference * count)(*(all_.references[i] for i in columns))
-        self._values = (kind * count)()
-        self._is_real = kind in (c_double, c_float)
-        lengths = (count,) if instance.fmi_3 else ()
-        self._arguments = (instance.calls.component, numbers, count, self._values, *lengths)
-        prefix = "fmi3" if instance.fmi_3 else "fmi2"
-        self._set, self._get = f"{prefix}Set{type_}", f"{prefix}Get{type_}"
-
-    def set(self, values: Sequence[float]) -> None:
-        self._values[:] = values if self._is_real else [int(value) for value in values]
-        self._call(self._set, *self._arguments)
-
-    def get(self) -> list[float]:
-        self._call(self._get, *self._arguments)
-        return self._values[:] if self._is_real else [float(value) for value in self._values]
 
 
 _ONLY_ONES: weakref.WeakValueDictionary[tuple[str, str], Instance] = weakref.WeakValueDictionary()

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from slide_fmu.apps.couple.couple import couple
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.errors import CoSimulationError
@@ -64,7 +64,7 @@ REPEATS = 3
 
 def ride(
     halves: Mapping[str, Path], mass: float, step: float, stop: float, seed: int = 1, **how: Any
-) -> Coupled:
+) -> CoupledRun:
     """Run the car over a road; a surrogate says itself what its inputs do."""
     exact = halves["lower"].name == "lower.fmu"
     return couple(

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.errors import CoSimulationError
@@ -57,7 +57,7 @@ SHORT = 20.0
 
 
 def accuracy(
-    run_with: Callable[..., Coupled], true: Mapping[str, FloatArray], machine: CutMachine
+    run_with: Callable[..., CoupledRun], true: Mapping[str, FloatArray], machine: CutMachine
 ) -> dict[str, Any]:
     """Return errors, iterations and the energy that was added, of both methods."""
     found: dict[str, Any] = {}

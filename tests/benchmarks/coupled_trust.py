@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from slide_fmu.apps.couple.couple import couple
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.run import run_fmu
@@ -44,21 +44,21 @@ def has_bound(fmu: Path) -> bool:
 
 
 def bound_in_the_loop(
-    runs: Sequence[Coupled], surrogate: Path, reference: Path
+    runs: Sequence[CoupledRun], surrogate: Path, reference: Path
 ) -> dict[str, float]:
     """Return how often the bound of a car's lower half holds, as means over runs."""
     found = [_bound_in_a_run(run, surrogate, reference) for run in runs]
     return {name: float(np.mean([one[name] for one in found])) for name in found[0]}
 
 
-def _bound_in_a_run(run: Coupled, surrogate: Path, reference: Path) -> dict[str, float]:
+def _bound_in_a_run(run: CoupledRun, surrogate: Path, reference: Path) -> dict[str, float]:
     body = CubicHermiteSpline(run.time, run["upper.position"], run["upper.speed"])
     inputs = {"road": (run.time, run["lower.road"]), "body": lambda t: float(body(t))}
     true = truth(reference, inputs, run, "force")
     return replayed(run, "lower", surrogate, tuple(inputs), "force", true)
 
 
-def truth(reference: Path, inputs: Mapping[str, Any], run: Coupled, output: str) -> FloatArray:
+def truth(reference: Path, inputs: Mapping[str, Any], run: CoupledRun, output: str) -> FloatArray:
     """Return an output of an exact half at the samples of a run, under inputs over time, (N,)."""
     inputs = {f"half.{name}": values for name, values in inputs.items()}
     step, stop = run.figures.step_s / FINER, float(run.time[-1])
@@ -67,7 +67,7 @@ def truth(reference: Path, inputs: Mapping[str, Any], run: Coupled, output: str)
 
 
 def replayed(
-    run: Coupled,
+    run: CoupledRun,
     component: str,
     surrogate: Path,
     names: Sequence[str],

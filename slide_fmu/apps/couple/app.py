@@ -9,6 +9,6 @@ APP = App(
     public={
         "couple": "slide_fmu.apps.couple.couple",
         "write_ssp": "slide_fmu.apps.couple.ssp",
-        "Coupled": "slide_fmu.apps.couple.result",
+        "CoupledRun": "slide_fmu.apps.couple.result",
     },
 )

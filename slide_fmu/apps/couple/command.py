@@ -157,12 +157,7 @@ def couple(
 
 
 def _make_places(folder: Path, table: Path) -> None:
-    """Make the folders of report and table, before the run.
-
-    Raises:
-        OSError: a folder cannot be made; it names the path.
-        ValueError: the table cannot be written.
-    """
+    """Make the folders of report and table, before the run."""
     for place in (folder, table.parent):
         place.mkdir(parents=True, exist_ok=True)
     if table.is_dir() or not os.access(table.parent, os.W_OK):

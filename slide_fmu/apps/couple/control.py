@@ -29,11 +29,17 @@ TURNS = 8
 """Linked inputs that turned back in each of this number of steps, and grew, zigzag."""
 
 
-class Taken(NamedTuple):
-    """A Taken has communication points in s, (N,), with outputs (N, n_outputs), linked inputs
-    (N, n_links) and watched variables (N, n_watched) at them, the iterations of each step, the
-    number of rejected steps, words on inputs that zigzag at the end, which are empty if none do,
-    and by which part of its motion each linked input was wrong in a step, (n_links,)."""
+class AcceptedSteps(NamedTuple):
+    """AcceptedSteps are the result of all steps of a run.
+
+    Attributes:
+        time: communication points in s, (N,).
+        outputs, inputs, watched: outputs, linked inputs and watched variables there, (N, n) each.
+        iterations: of each step.
+        rejected: number of rejected steps.
+        zigzag: words on inputs that zigzag at the end; empty if none do.
+        missed: by which part of its motion each linked input was wrong in a step, (n_links,).
+    """
 
     time: FloatArray
     outputs: FloatArray
@@ -65,7 +71,7 @@ class Control:
     limit: str = ""
 
 
-def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> Taken:
+def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> AcceptedSteps:
     """Take all steps.
 
     Raises:
@@ -84,7 +90,7 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
         width = one >> halvings
         time, length = place / one * control.step, width / one * control.step
         try:
-            solution, error = _tried(loop, method, control, (time, length))
+            solution, error = _controlled(loop, method, control, (time, length))
         except CoSimulationError as failed:
             words = zigzag(loop, method, inputs)
             raise CoSimulationError(f"{failed}; {words}" if words else str(failed)) from failed
@@ -117,7 +123,9 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
     all_outputs, all_inputs, all_watched = rows
     words = zigzag(loop, method, inputs)
     every = np.array(times), all_outputs, all_inputs, all_watched
-    return Taken(*every, iterations, rejected, words, _parts(loop, all_inputs, np.array(missed)))
+    return AcceptedSteps(
+        *every, iterations, rejected, words, _parts(loop, all_inputs, np.array(missed))
+    )
 
 
 def _parts(loop: Loop, inputs: FloatArray, missed: FloatArray) -> FloatArray:
@@ -149,9 +157,9 @@ def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
     signs = np.sign(changes)
     turned = np.all(signs[1:] * signs[:-1] < 0, axis=0)
     sizes = np.abs(changes)
-    found = turned & (sizes[-2:].max(axis=0) > sizes[:2].max(axis=0))
+    grew = turned & (sizes[-2:].max(axis=0) > sizes[:2].max(axis=0))
     names = [f"{one.name}.{name}" for one in loop.components for name in one.linked]
-    zigzags = [name for name, one in zip(names, found, strict=True) if one]
+    zigzags = [name for name, one in zip(names, grew, strict=True) if one]
     if not zigzags:
         return ""
     found_in = f"a zigzag: {' and '.join(zigzags)} went to and fro from step to step, and grew"
@@ -164,7 +172,7 @@ def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
     )
 
 
-def _tried(
+def _controlled(
     loop: Loop, method: Method, control: Control, when: tuple[float, float]
 ) -> tuple[list[Solution] | None, float]:
     """Take a step, or go back and return None where its error is too large.
@@ -177,15 +185,15 @@ def _tried(
     begin, states = loop.mark(), loop.save(range(len(loop.components)))
     try:
         try:
-            taken, error = _taken(loop, method, control, when, states)
+            solutions, error = _with_error(loop, method, control, when, states)
         except LostError:
             raise
         except CoSimulationError:  # without an end, or an FMU refuses it
             if length <= control.step / (1 << control.most):
                 raise
-            taken, error = [], math.inf
+            solutions, error = [], math.inf
         if error <= control.error:
-            return taken, error
+            return solutions, error
         loop.restore(states)
         loop.go_back(begin)
         return None, error
@@ -193,7 +201,7 @@ def _tried(
         loop.free(states)
 
 
-def _taken(
+def _with_error(
     loop: Loop,
     method: Method,
     control: Control,
@@ -209,20 +217,20 @@ def _taken(
         error = loop.difference_of(first.inputs, first.guess) * length / control.step
         return [first], error
     loop.restore(states)
-    taken, half = [], 0.5 * length
+    solutions, half = [], 0.5 * length
     for begin in (time, time + half):
-        taken.append(_accept(loop, method, method.step(loop, begin, half), (begin, half)))
-    return taken, loop.difference_of(*_both_ways(loop, first, taken))
+        solutions.append(_accept(loop, method, method.step(loop, begin, half), (begin, half)))
+    return solutions, loop.difference_of(*_both_ways(loop, first, solutions))
 
 
-def _accept(loop: Loop, method: Method, found: Solution, when: tuple[float, float]) -> Solution:
+def _accept(loop: Loop, method: Method, solution: Solution, when: tuple[float, float]) -> Solution:
     """Go on to the end of a step that was found, and return it; its time and length are in s."""
     time, length = when
     end, before = time + length if method.settles else None, loop.values(loop.outputs)
-    loop.accept(found.stepped, found.inputs, found.given, length, end)
+    loop.accept(solution.stepped, solution.inputs, solution.given, length, end)
     if isinstance(method, Explicit):
-        return found._replace(given=loop.carried(before, found.stepped))
-    return found
+        return solution._replace(given=loop.carried(before, solution.stepped))
+    return solution
 
 
 def _both_ways(
@@ -234,8 +242,8 @@ def _both_ways(
     belongs to the middle of each step.
     """
     one, two = halves
-    means = [loop.values(found.stepped.mean) for found in (first, one, two)]
-    ends = [loop.values(found.stepped.end) for found in (first, two)]
+    means = [loop.values(solution.stepped.mean) for solution in (first, one, two)]
+    ends = [loop.values(solution.stepped.end) for solution in (first, two)]
     of_means = loop.mix.mean == 1.0
     halved = 0.5 * (means[1] + means[2])
     return np.where(of_means, means[0], ends[0]), np.where(of_means, halved, ends[1])

@@ -18,13 +18,13 @@ from slide_fmu.apps.couple.component import (
     is_trained,
     opened,
 )
-from slide_fmu.apps.couple.control import MOST_HALVINGS, Control, Taken, run_steps
+from slide_fmu.apps.couple.control import MOST_HALVINGS, AcceptedSteps, Control, run_steps
 from slide_fmu.apps.couple.initialization import initialized
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.remarks import FILLED, TRUSTED, remarks_on
-from slide_fmu.apps.couple.result import Coupled, CoupledFigures
+from slide_fmu.apps.couple.result import CoupledFigures, CoupledRun
 from slide_fmu.apps.couple.structure import (
     CoupledSystem,
     Pin,
@@ -54,7 +54,7 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
     error: float | None = None,
     record: Sequence[str] | None = None,
     moving: Sequence[str] = (),
-) -> Coupled:
+) -> CoupledRun:
     """Run several FMUs together, and return their values over time.
 
     Args:
@@ -103,7 +103,7 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
 
 def run_coupled(
     system: CoupledSystem, options: CouplingOptions, progress: Progress = quiet
-) -> Coupled:
+) -> CoupledRun:
     """Run a system that was read; errors are as for ``couple``."""
     _require_steps(system, options)
     recorded = _recorded(system, options)
@@ -111,11 +111,11 @@ def run_coupled(
         components = []
         for name in system.paths:
             plain = options.method == "jacobi" and options.extrapolation == "zero"
-            taken: Inputs = inputs_of(system, name, plain)
-            taken = "reached" if name in options.moving else taken
+            moving = name in options.moving
+            inputs: Inputs = "reached" if moving else inputs_of(system, name, plain)
             instance = stack.enter_context(instance_of(system, name))
             read = _sources(system, name), _watched(system, name, recorded)
-            components.append(opened(system, name, instance, taken, read))
+            components.append(opened(system, name, instance, inputs, read))
         loop, remarks = initialized(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
@@ -142,7 +142,7 @@ def run_coupled(
         seconds,
         remarks,
     )
-    return Coupled(run.time, values, units, figures)
+    return CoupledRun(run.time, values, units, figures)
 
 
 def _method(options: CouplingOptions) -> Method:
@@ -216,15 +216,17 @@ def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[
     """Return what else of a component is read: for the result, and whether it is trusted."""
     known = {link.target for link in system.links} | set(system.courses)
     known |= {link.source for link in system.links}
-    found = [pin.variable for pin in recorded if pin.component == name and pin not in known]
+    recorded_here = [
+        pin.variable for pin in recorded if pin.component == name and pin not in known
+    ]
     judged = is_ours(system.descriptions[name]) and TRUSTED in system.names(
         name, "output", flags=True
     )
-    return list(dict.fromkeys([*found, *((TRUSTED, FILLED) if judged else ())]))
+    return list(dict.fromkeys([*recorded_here, *((TRUSTED, FILLED) if judged else ())]))
 
 
 def _values(
-    system: CoupledSystem, loop: Loop, recorded: Sequence[Pin], run: Taken
+    system: CoupledSystem, loop: Loop, recorded: Sequence[Pin], run: AcceptedSteps
 ) -> dict[str, FloatArray]:
     """Return what is recorded, by name, (N,) each."""
     every = loop.components

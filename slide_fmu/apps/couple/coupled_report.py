@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slide_fmu.apps.couple.options import IMPLICIT
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.couple.structure import CoupledSystem
 from slide_fmu.core.readable import duration, number
 from slide_fmu.core.units import NO_UNIT
@@ -33,7 +33,7 @@ MOST_POINTS = 4000
 """A line is drawn with about this number of points at most."""
 
 
-def coupled_table(result: Coupled) -> ReportTable:
+def coupled_table(result: CoupledRun) -> ReportTable:
     """Return a table of the components: their inputs, and the steps that they took."""
     figures = result.figures
     rows = (
@@ -44,7 +44,7 @@ def coupled_table(result: Coupled) -> ReportTable:
     return ReportTable.of(heading, rows, f"{TITLES[figures.method]}, {_steps(result)}")
 
 
-def _steps(result: Coupled) -> str:
+def _steps(result: CoupledRun) -> str:
     """Say how long the steps are."""
     figures = result.figures
     if figures.shortest_step_s < 0.999 * figures.step_s:
@@ -55,7 +55,7 @@ def _steps(result: Coupled) -> str:
     return f"{number(figures.steps)} steps of {duration(figures.step_s)}"
 
 
-def coupled_report(name: str, result: Coupled, system: CoupledSystem) -> Report:
+def coupled_report(name: str, result: CoupledRun, system: CoupledSystem) -> Report:
     """Return the report of a run."""
     figures = result.figures
     summary = (
@@ -102,7 +102,7 @@ def coupled_report(name: str, result: Coupled, system: CoupledSystem) -> Report:
     return Report(f"Coupled: {name}", summary, figures, sections, verdict=Verdict(facts=facts))
 
 
-def _chart(title: str, result: Coupled, names: Sequence[str]) -> Chart:
+def _chart(title: str, result: CoupledRun, names: Sequence[str]) -> Chart:
     """Draw values over time, with one panel for each unit."""
     every = max(1, len(result.time) // MOST_POINTS)
     panels = []

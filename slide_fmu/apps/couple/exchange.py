@@ -51,12 +51,12 @@ def require_no_loop(
 
 def _reached(after: Mapping[str, set[str]], name: str) -> set[str]:
     """Return all that is reached from a name, which counts itself in a circle alone."""
-    found: set[str] = set()
+    reached: set[str] = set()
     new = set(after[name])
     while new:
-        found |= new
-        new = set().union(*(after[one] for one in new)) - found
-    return found
+        reached |= new
+        new = set().union(*(after[one] for one in new)) - reached
+    return reached
 
 
 def mixed(

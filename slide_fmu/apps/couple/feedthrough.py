@@ -33,8 +33,8 @@ def ask_whether_it_follows(system: CoupledSystem, one: Component, values: FloatA
     by_linked = _declared(one, linked) if linked else False
     by_any = _declared(one, linked | courses) if linked | courses else False
     if by_any is None:
-        found = _at_start(one, 0.0, values, _changes(system, one, values))
-        by_linked, by_any = bool(found[: len(linked)].any()), bool(found.any())
+        follows = _at_start(one, 0.0, values, _changes(system, one, values))
+        by_linked, by_any = bool(follows[: len(linked)].any()), bool(follows.any())
     one.feeds_through, one.follows = bool(by_linked), bool(by_any)
 
 
@@ -51,11 +51,11 @@ def try_whether_it_follows(
         return
     changes = _changes(system, one, values)
     if one.rolls_back:
-        found = _in_steps(one, 0.0, values, changes, step)
+        follows = _in_steps(one, 0.0, values, changes, step)
     else:
-        found = _in_copies(system, one, values, changes, step)
-    one.feeds_through = one.feeds_through or bool(found[: len(linked)].any())
-    one.follows = one.follows or bool(found.any())
+        follows = _in_copies(system, one, values, changes, step)
+    one.feeds_through = one.feeds_through or bool(follows[: len(linked)].any())
+    one.follows = one.follows or bool(follows.any())
 
 
 def require_true_states(
@@ -153,15 +153,15 @@ def _at_start(
         return component.read()
 
     first = read(None)
-    found = [not np.array_equal(read(index), first) for index in range(len(changes))]
+    follows = [not np.array_equal(read(index), first) for index in range(len(changes))]
     read(None)
-    return np.array(found, dtype=np.bool_)
+    return np.array(follows, dtype=np.bool_)
 
 
 def _in_steps(
     component: Component, start: float, values: FloatArray, changes: Sequence[float], step: float
 ) -> NDArray[np.bool_]:
-    """Return the same by steps, for an FMU that goes back: some compute outputs only there.
+    """Test feedthrough by steps of an FMU that goes back: some compute outputs only there.
 
     Of two lengths, the shorter one shows nearly the same change where outputs follow at once. An
     FMU that refuses such steps counts as one whose outputs do not.
@@ -176,21 +176,21 @@ def _in_steps(
         component.step(start, length)
         return component.read()
 
-    found = []
+    follows = []
     try:
         first = [read(length, None) for length in lengths]
         for index in range(len(changes)):
             pairs = zip(lengths, first, strict=True)
             late, soon = (np.abs(read(length, index) - base) for length, base in pairs)
-            found.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
+            follows.append(bool(np.any((late > 0) & (soon > AT_ONCE * late))))
     except LostError:
         raise
     except CoSimulationError:
-        found = [False] * len(changes)
+        follows = [False] * len(changes)
     finally:
         component.instance.restore(state)
         component.instance.free_state(state)
-    return np.array(found, dtype=np.bool_)
+    return np.array(follows, dtype=np.bool_)
 
 
 def _in_copies(
@@ -200,7 +200,7 @@ def _in_copies(
     changes: Sequence[float],
     step: float,
 ) -> NDArray[np.bool_]:
-    """Return the same by steps of further instances, one for each input and one more."""
+    """Test feedthrough with further instances: one for each input, and one more."""
     none = np.zeros(len(changes), dtype=np.bool_)
     if one.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
         return none
@@ -228,7 +228,7 @@ def _soon_and_late(
     """
     far, near = step / FAR_APART, step / APART - step / FAR_APART
     lengths = (far, near) if one.own_step is None else (one.own_step,) * 2
-    time, found = 0.0, []
+    time, outputs = 0.0, []
     with instance_of(system, one.name) as instance:
         copy = opened(system, one.name, instance, one.inputs, (one.outputs, ()))
         copy.set_linked(values, 0.0)
@@ -236,7 +236,7 @@ def _soon_and_late(
         for length in lengths:
             copy.set_all(values, 0.0, *moved)
             copy.step(time, length)
-            found.append(copy.read())
+            outputs.append(copy.read())
             time += length
         instance.terminate()
-    return np.array(found)
+    return np.array(outputs)

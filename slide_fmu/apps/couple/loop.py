@@ -139,12 +139,12 @@ class Loop:
         for k in which:
             place, part = self.places[k], self.parts[k]
             one = self.components[k]
-            found = one.advance(
+            stepped = one.advance(
                 time, length, self.inputs[place], now[place], slopes and one.has_slopes(length)
             )
-            into.mean[part], into.end[part] = found.mean, found.end
-            if found.slopes is not None and into.slopes is not None:
-                for all_, of_one in zip(into.slopes, found.slopes, strict=True):
+            into.mean[part], into.end[part] = stepped.mean, stepped.end
+            if stepped.slopes is not None and into.slopes is not None:
+                for all_, of_one in zip(into.slopes, stepped.slopes, strict=True):
                     all_[part, place] = of_one
 
     def empty(self, slopes: bool = False) -> StepOutputs:
@@ -188,8 +188,8 @@ class Loop:
                 moved = now.copy()
                 moved[index] += (change := SLOPE_PART * self.sizes[index] or SLOPE_PART)
                 one.instance.restore(state)
-                found = one.advance(time, length, self.inputs[place], moved[place])
-                pairs = ((found.mean, at.mean), (found.end, at.end))
+                stepped = one.advance(time, length, self.inputs[place], moved[place])
+                pairs = ((stepped.mean, at.mean), (stepped.end, at.end))
                 for rates, (new, old) in zip(at.slopes, pairs, strict=True):
                     rates[part, index] = (new - old[part]) / change
             one.instance.free_state(state)

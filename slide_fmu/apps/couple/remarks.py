@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from slide_fmu.apps.couple.component import Component, is_ours
-from slide_fmu.apps.couple.control import Taken
+from slide_fmu.apps.couple.control import AcceptedSteps
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin, ValueTable, declared
 from slide_fmu.core.measures import percent
@@ -38,7 +38,10 @@ alarms."""
 
 
 def remarks_on(
-    system: CoupledSystem, options: CouplingOptions, components: Sequence[Component], run: Taken
+    system: CoupledSystem,
+    options: CouplingOptions,
+    components: Sequence[Component],
+    run: AcceptedSteps,
 ) -> list[str]:
     """Return remarks on a run that has ended, a sentence each."""
     return [
@@ -112,7 +115,9 @@ def _on_tables(system: CoupledSystem, options: CouplingOptions) -> Iterator[str]
                 )
 
 
-def _on_steps(system: CoupledSystem, options: CouplingOptions, run: Taken) -> Iterator[str]:
+def _on_steps(
+    system: CoupledSystem, options: CouplingOptions, run: AcceptedSteps
+) -> Iterator[str]:
     """Say which surrogates have longer or shorter steps of their own."""
     usual = float(np.median(np.diff(run.time)))  # s
     by = "" if options.method in IMPLICIT else ", by an implicit method"  # explicit may need it
@@ -138,7 +143,9 @@ def _on_steps(system: CoupledSystem, options: CouplingOptions, run: Taken) -> It
             )
 
 
-def _on_misses(system: CoupledSystem, options: CouplingOptions, run: Taken) -> Iterator[str]:
+def _on_misses(
+    system: CoupledSystem, options: CouplingOptions, run: AcceptedSteps
+) -> Iterator[str]:
     """Say which linked inputs turned out to be others than explicit steps had taken."""
     parts = run.missed
     if len(run.iterations) < FEW or not np.max(parts, initial=0.0) > MISSED:
@@ -154,7 +161,7 @@ def _on_misses(system: CoupledSystem, options: CouplingOptions, run: Taken) -> I
     )
 
 
-def _on_ranges(system: CoupledSystem, run: Taken) -> Iterator[str]:
+def _on_ranges(system: CoupledSystem, run: AcceptedSteps) -> Iterator[str]:
     """Say which inputs left the ranges that their FMUs declare."""
     linked = zip((link.target for link in system.links), run.inputs.T, strict=True)
     constant = [
@@ -198,7 +205,7 @@ def _on_range(
         )
 
 
-def _on_flags(components: Sequence[Component], run: Taken) -> Iterator[str]:
+def _on_flags(components: Sequence[Component], run: AcceptedSteps) -> Iterator[str]:
     """Say how often surrogates are not trusted, once they know their past."""
     names = [(one.name, variable) for one in components for variable in one.watched]
     values = dict(zip(names, run.watched.T, strict=True))

@@ -48,8 +48,8 @@ class CoupledFigures:
 
 
 @dataclass(frozen=True, eq=False)
-class Coupled:
-    """A Coupled is the result of ``couple``.
+class CoupledRun:
+    """A CoupledRun is the result of ``couple``.
 
     Attributes:
         time: communication points in s, (N,).
@@ -67,7 +67,7 @@ class Coupled:
         """Return the values of ``COMPONENT.VARIABLE``."""
         return self.values[name]
 
-    def with_names(self, names: Mapping[str, str]) -> Coupled:
+    def with_names(self, names: Mapping[str, str]) -> CoupledRun:
         """Return the result with further names of its values, each with the present one."""
         known = {name: one for name, one in names.items() if one in self.values}
         values = {**self.values, **{name: self.values[one] for name, one in known.items()}}

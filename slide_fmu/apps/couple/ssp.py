@@ -90,9 +90,9 @@ def _read(
             "each one into its component, or give the values by --set"
         )
     for tag in ("System", "SignalDictionaryReference"):
-        if (found := system.find(f"{SSD}Elements/{SSD}{tag}")) is not None:
+        if (element := system.find(f"{SSD}Elements/{SSD}{tag}")) is not None:
             raise ValueError(
-                f"{path}: the system has an element {tag} {found.get('name')!r}; expected "
+                f"{path}: the system has an element {tag} {element.get('name')!r}; expected "
                 "components alone: move its components into the system"
             )
     fmus, parameters, units = {}, {}, {}
@@ -199,9 +199,9 @@ def _parameters(
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return the start values of a component, from files and from what the SSP itself has.
 
-    The other result are the units that it names for some of them.
+    Also return the units that it names for some of them.
     """
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     units: dict[str, str] = {}
     for binding in component.iter(f"{SSD}ParameterBinding"):
         if binding.get("prefix") or binding.find(f"{SSD}ParameterMapping") is not None:
@@ -223,9 +223,9 @@ def _parameters(
         for inner in binding.iter(f"{SSV}ParameterSet"):
             sets.append((ElementTree.tostring(inner), f"{path}/{STRUCTURE}"))
         for content, place in sets:
-            found |= parameters_of(content, place)
+            values |= parameters_of(content, place)
             units |= units_of(content)
-    return found, units
+    return values, units
 
 
 def write_ssp(
@@ -271,9 +271,9 @@ def _of_type(system: CoupledSystem, pin: Pin, value: Any) -> float | bool:
     kind = str(system.variable(pin).type)
     number = bool if kind == BOOLEAN else float if kind in REALS else int
     try:
-        found = number(value)
-        if kind != "String" and not isinstance(value, str) and found == value:
-            return found
+        typed = number(value)
+        if kind != "String" and not isinstance(value, str) and typed == value:
+            return typed
     except (TypeError, ValueError):
         pass
     raise ValueError(

@@ -217,16 +217,16 @@ def _description(name: str, path: Path) -> Any:
             "correct the path"
         )
     try:
-        found = read_description(path, validate=False)
+        description = read_description(path, validate=False)
     except FmuError as error:
         raise FmuError(f"component {name!r}: {error}") from None
-    if not is_known_version(found) or found.coSimulation is None:
-        kind = "model exchange" if found.modelExchange is not None else "another interface"
+    if not is_known_version(description) or description.coSimulation is None:
+        kind = "model exchange" if description.modelExchange is not None else "another interface"
         raise CoSimulationError(
-            f"component {name!r}: {path.name} is of FMI {found.fmiVersion}, for {kind}; expected "
-            "co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
+            f"component {name!r}: {path.name} is of FMI {description.fmiVersion}, for {kind}; "
+            "expected co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
         )
-    return found
+    return description
 
 
 def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = False) -> Pin:
@@ -356,11 +356,7 @@ def declared(variable: Any, key: str) -> Any:
 
 
 def _course(name: str, given: Any) -> Course:
-    """Return the values over time of an input: a number, a function, or times and values.
-
-    Raises:
-        ValueError: it is something else, or its times do not rise.
-    """
+    """Return the values over time of an input: a number, a function, or times and values."""
     if callable(given):
         return ValueFunction(name, given)
     if isinstance(given, numbers.Real):

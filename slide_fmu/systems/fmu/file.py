@@ -97,15 +97,15 @@ class FmuFile:
     @property
     def is_continuous(self) -> bool:
         """Tell whether it has continuous states alone, as far as its description says."""
-        found = self.description
+        description = self.description
         discrete = any(
             v.variability == "discrete" and v.causality in ("local", "output")
-            for v in found.modelVariables
+            for v in description.modelVariables
         )
         return (
             self.interface == "model_exchange"
-            and found.numberOfContinuousStates > 0
-            and found.numberOfEventIndicators == 0
+            and description.numberOfContinuousStates > 0
+            and description.numberOfEventIndicators == 0
             and not discrete
         )
 

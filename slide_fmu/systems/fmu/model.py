@@ -133,13 +133,13 @@ def _solver_of(plan: Plan) -> tuple[str, dict[str, float]]:
         if options.solver == "Euler":
             return "Euler's method", {substeps: options.substeps}
         return options.solver, {tolerance: options.tolerance or TOLERANCE}
-    found: dict[str, float] = {}
+    fineness: dict[str, float] = {}
     experiment = getattr(file.description.defaultExperiment, "tolerance", None)
     if own := options.tolerance or float(experiment or 0.0):
-        found[tolerance] = own
+        fineness[tolerance] = own
     if plan.ramped and not file.interpolates and file.importer_step is None:
-        found[substeps] = options.substeps
-    return "the FMU's own solver", found
+        fineness[substeps] = options.substeps
+    return "the FMU's own solver", fineness
 
 
 class FmuSystem(Jumping):
@@ -247,8 +247,8 @@ def _proposed_hold(file: FmuFile, inputs: Container[str]) -> Hold:
     An FMU steps more finely than its surrogate, and smooth inputs that are held over the longer
     steps would be late by half of one.
     """
-    found = file.description.modelVariables
-    discrete = any(v.name in inputs and v.variability == "discrete" for v in found)
+    variables = file.description.modelVariables
+    discrete = any(v.name in inputs and v.variability == "discrete" for v in variables)
     return "zero_order" if discrete else "first_order"
 
 

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.importer.instance import FailedCallError
+from slide_fmu.importer.calls import FailedCallError
 from slide_fmu.importer.log import SHOWN
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.fmu.steps import FmuSteps
@@ -102,7 +102,7 @@ class Runs:
         self._last = inputs
 
     def forget(self) -> None:
-        """Hear that the run does not go on from the FMU's own start: it is no measure."""
+        """Take this run for no measure of a reset, since it left the FMU's own start."""
         self._seen = []
 
     def _initialize(self, held: FloatArray) -> None:

@@ -14,7 +14,7 @@ import slide_fmu as slide
 from slide_fmu.apps.couple.component import instance_of, opened
 from slide_fmu.apps.couple.initialization import initialized
 from slide_fmu.apps.couple.options import CouplingOptions
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.couple.structure import coupled_system
 from slide_fmu.importer.errors import CoSimulationError
 from tests.own_models.halves.cut_car import (
@@ -32,9 +32,9 @@ OWN_MODELS = Path(__file__).parents[2] / "own_models"
 STOP = 2.0
 
 
-def ride(halves: dict[str, Path], mass: float, step: float, **options: Any) -> Coupled:
+def ride(halves: dict[str, Path], mass: float, step: float, **options: Any) -> CoupledRun:
     """Run the car over its road."""
-    found: Coupled = slide.couple(
+    found: CoupledRun = slide.couple(
         halves,
         LINKS,
         step=step,
@@ -47,7 +47,7 @@ def ride(halves: dict[str, Path], mass: float, step: float, **options: Any) -> C
     return found
 
 
-def error(run: Coupled, mass: float) -> float:
+def error(run: CoupledRun, mass: float) -> float:
     """The error of the body's position."""
     times, heights = road(STOP)
     found = np.interp(times, run.time, run["upper.position"])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.files import write_zip
 from slide_fmu.importer.errors import CoSimulationError
 from tests.acceptance.conftest import invoke
@@ -46,20 +46,22 @@ def written(folder: Path, any_step: bool = True, rollback: bool = True) -> dict[
     return {"mass": slave("mass", any_step=True), "spring": slave("spring", any_step)}
 
 
-def run(parts: dict[str, Path], step: float = 0.02, stop: float = 4.0, **options: Any) -> Coupled:
-    found: Coupled = slide.couple(
+def run(
+    parts: dict[str, Path], step: float = 0.02, stop: float = 4.0, **options: Any
+) -> CoupledRun:
+    found: CoupledRun = slide.couple(
         parts, options.pop("links", LINKS), step=step, stop=stop, **options
     )
     return found
 
 
-def error(found: Coupled, middle: float = 0.0) -> float:
+def error(found: CoupledRun, middle: float = 0.0) -> float:
     """The largest error of the place, as a part of the amplitude."""
     exact = START * np.cos(RATE * found.time)
     return float(np.max(np.abs(found["mass.x"] - middle - exact)) / START)
 
 
-def energy(found: Coupled) -> float:
+def energy(found: CoupledRun) -> float:
     """The energy at the end over the one at the start."""
     both = 0.5 * found["mass.v"] ** 2 + 50 * found["mass.x"] ** 2
     return float(both[-1] / both[0])

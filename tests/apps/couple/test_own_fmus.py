@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.result import Coupled, CoupledFigures
+from slide_fmu.apps.couple.result import CoupledFigures, CoupledRun
 from slide_fmu.apps.couple.ssp import read_inputs
 from tests.figures import filled
 
@@ -140,7 +140,7 @@ def test_names_with_commas_are_written_so_that_they_can_be_read(tmp_path: Path) 
     names = ["body.R[1,2]", "body.v"]
     table = {name: np.array([1.0, 2.0]) for name in names}
     figures = filled(CoupledFigures)
-    written = Coupled(np.array([0.0, 0.5]), table, {}, figures).write(tmp_path / "out.csv")
+    written = CoupledRun(np.array([0.0, 0.5]), table, {}, figures).write(tmp_path / "out.csv")
     found = read_inputs(written)
     assert list(found) == names
     np.testing.assert_array_equal(found["body.R[1,2]"], [[0.0, 0.5], [1.0, 2.0]])

@@ -18,8 +18,8 @@ from slide_fmu.apps.couple.structure import (
     require_equal_units,
 )
 from slide_fmu.core.files import write_zip
+from slide_fmu.importer.calls import GuardedCalls
 from slide_fmu.importer.errors import CoSimulationError, FmuError
-from slide_fmu.importer.instance import GuardedCalls
 from tests.own_models.halves.cut_car import LINKS
 from tests.own_models.quarter_car import build_in_c
 from tests.refusals import refused

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.importer.errors import CoSimulationError
 from tests.apps.couple.test_oscillator import LINKS, OWN_MODELS, run, written
 from tests.python_fmus import write_python_fmu
@@ -36,7 +36,9 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return written(tmp_path_factory.mktemp("parts"))
 
 
-def from_rest(parts: dict[str, Path], step: float, stop: float = 1.5, **options: str) -> Coupled:
+def from_rest(
+    parts: dict[str, Path], step: float, stop: float = 1.5, **options: str
+) -> CoupledRun:
     rest = {"mass.start": 0.0}
     return run(parts, step, stop, inputs={"spring.push": late}, parameters=rest, **options)
 

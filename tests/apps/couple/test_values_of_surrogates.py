@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from tests.refusals import refused
 
 FMUS = Path(__file__).parents[3] / "fmus"
@@ -16,9 +16,9 @@ CRANK, CRANK_STEP = FMUS / "slider_crank" / "slider_crank.fmu", 0.03125
 SPRING = {"spring": FMUS / "duffing" / "duffing.fmu"}
 
 
-def ride(step: float = 0.03, force: float = 200.0) -> Coupled:
+def ride(step: float = 0.03, force: float = 200.0) -> CoupledRun:
     given = {"spring.force": force}
-    found: Coupled = slide.couple(SPRING, [], step=step, stop=0.3, parameters=given)
+    found: CoupledRun = slide.couple(SPRING, [], step=step, stop=0.3, parameters=given)
     return found
 
 

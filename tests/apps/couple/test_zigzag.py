@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.signals import Hold
 from slide_fmu.importer.errors import CoSimulationError
@@ -46,7 +46,7 @@ def g(x, u, p):
 """
 
 
-def ride(folder: Path, hold: Hold, stop: float) -> Coupled:
+def ride(folder: Path, hold: Hold, stop: float) -> CoupledRun:
     """Couple a light mass and a damper, whose force moves or is held over each step."""
     fmus = {}
     for name, text in {"damper": DAMPER, "mass": MASS}.items():
@@ -56,7 +56,7 @@ def ride(folder: Path, hold: Hold, stop: float) -> Coupled:
         made = Specification(str(path), {}, STEP, "function", inputs)
         fmus[name] = write_reference_fmu(made, folder / f"{name}.fmu")
     links = [("damper.force", "mass.force"), ("mass.place", "damper.place")]
-    found: Coupled = slide.couple(fmus, links, step=STEP, stop=stop)
+    found: CoupledRun = slide.couple(fmus, links, step=STEP, stop=stop)
     taken = "reached" if hold == "first_order" else "held"  # as the models declare it
     assert found.figures.inputs == {"damper": "reached", "mass": taken}
     return found

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from slide_fmu.apps.couple.couple import couple
-from slide_fmu.apps.couple.result import Coupled
+from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Stepping, go_on
@@ -94,7 +94,7 @@ class CutMachine:
         step: float,
         stop: float,
         **how: Any,
-    ) -> Coupled:
+    ) -> CoupledRun:
         """Run ``partner`` and ``half`` together; those without a surrogate are exact."""
         exact = {
             "partner": lambda: self.write_partner(folder, step, partner),
@@ -109,7 +109,7 @@ class CutMachine:
             **how,
         )
 
-    def work(self, run: Coupled, step: float) -> float:
+    def work(self, run: CoupledRun, step: float) -> float:
         """Return the work in J that the motion of a run does on the exact half.
 
         Force and way are smooth between the communication points, as splines are.

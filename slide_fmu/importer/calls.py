@@ -1,0 +1,72 @@
+"""All calls of an instance pass through one place, which says why one failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from ctypes import c_int
+from typing import Any
+
+from fmpy import fmi2
+
+from slide_fmu.importer.errors import CoSimulationError, LostError
+from slide_fmu.importer.log import SHOWN
+
+STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
+"""Names of the statuses of calls in FMI 2.0 and 3.0, in the order of their numbers."""
+
+
+class FailedCallError(CoSimulationError):
+    """A FailedCallError tells which call of an FMU failed, and what the FMU logged.
+
+    Attributes:
+        reason: the message without the name of the FMU.
+    """
+
+    def __init__(self, label: str, reason: str) -> None:
+        super().__init__(f"{label}: {reason}")
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Errors are sent to other processes."""
+        label = str(self).removesuffix(f": {self.reason}")
+        return type(self), (label, self.reason)
+
+
+class LostCallError(FailedCallError, LostError):
+    """A LostCallError tells the same of a call that ended with a fatal error."""
+
+
+class GuardedCalls:
+    """All calls of an instance pass through this, which says why one failed.
+
+    Attributes:
+        lost: whether a call ended with a fatal error.
+        withdrawn: whether the instance was freed for another one.
+    """
+
+    def __init__(self, label: str, functions: Mapping[str, Any], messages: list[str]) -> None:
+        self.label, self.functions, self.messages = label, functions, messages
+        self.lost = self.withdrawn = False
+
+    def __call__(self, name: str, *arguments: Any) -> Any:
+        if self.lost:
+            return None
+        if self.withdrawn:
+            raise CoSimulationError(
+                f"{self.label} allows one instance in a process "
+                "(canBeInstantiatedOnlyOncePerProcess), and another one was made since; expected "
+                "one at a time: begin anew"
+            )
+        function = self.functions[name]
+        result = function(*arguments)
+        if function.restype is c_int and result > fmi2.fmi2Warning:
+            raise self.failed(name, result)
+        return result
+
+    def failed(self, name: str, status: int) -> FailedCallError:
+        """Return the error of a call with a status, which has what was logged."""
+        self.lost = status == fmi2.fmi2Fatal
+        kind = STATUSES[status] if status < len(STATUSES) else "unknown"
+        why = "; ".join(self.messages[-SHOWN:]) or "without a reason: run this FMU alone"
+        reason = f"{name} failed with status {status} ({kind}): {why}"
+        return (LostCallError if self.lost else FailedCallError)(self.label, reason)

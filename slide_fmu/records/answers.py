@@ -1,6 +1,7 @@
 """These functions answer for records where a system would be simulated.
 
-``slide_fmu.records.answer_table`` lists them.
+Each names the question that it answers (``slide_fmu.data.answers``). The last ones are answered by
+functions of other modules.
 """
 
 from __future__ import annotations
@@ -8,40 +9,47 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.data import generation, model_answers, unseen, workplace
+from slide_fmu.data.parameter_draws import as_row
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.data.unseen import UnseenMotion
+from slide_fmu.memory import stability
 from slide_fmu.memory.stability import SEQUENCES
+from slide_fmu.pipeline import case_checks, numbers, resolved, stages
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.propose import trial
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.origin import require_unlearnt
-from slide_fmu.records.remarks import remarks_on_division
+from slide_fmu.records.origin import record_origin, require_same_records, require_unlearnt
+from slide_fmu.records.remarks import remarks_on_division, remarks_on_records
 from slide_fmu.records.segments import Segment, inputs_beyond, segments, unseen_blocks
+from slide_fmu.records.sizing import lengths_of_case, size_case
 from slide_fmu.records.specimens import specimens
+from slide_fmu.records.validation import validate_records
+from slide_fmu.report import run_report
+from slide_fmu.report.html_report import ReportSection
 from slide_fmu.surrogate.surrogate import Surrogate
-
-if TYPE_CHECKING:
-    from slide_fmu.data.trajectories import Trajectories
-    from slide_fmu.pipeline.run_folder import RunFolder
-    from slide_fmu.propose.trial import MotionTrial
-    from slide_fmu.report.html_report import ReportSection
-    from slide_fmu.validation.error_figures import ResponseFigures
-    from slide_fmu.validation.measure import Meter
-    from slide_fmu.validation.results import Validation
-    from slide_fmu.validation.row import Row
+from slide_fmu.validation import data_origin, measure, validate
+from slide_fmu.validation.error_figures import ResponseFigures
+from slide_fmu.validation.measure import Meter
+from slide_fmu.validation.results import Validation
+from slide_fmu.validation.row import Row
 
 
-def identity(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
+@model_answers.identity.register(MeasuredRecords)
+def identity_of_records(source: MeasuredRecords, recipe: Recipe) -> FloatArray:
     """Return the SHA-256 of each file as numbers."""
     return source.identity
 
 
+@generation.make_missing.register(MeasuredRecords)
 def cut_missing(
     source: MeasuredRecords,
     trajectories: Trajectories,
@@ -50,8 +58,6 @@ def cut_missing(
     recipe_folder: Path | None,
 ) -> int:
     """Cut the segments of all parts that are not there yet; return their number."""
-    from slide_fmu.data.parameter_draws import as_row
-
     recipe, missing = trajectories.case.recipe, trajectories.missing()
     total, cut = recipe.total_count, dict[str, list[Segment]]()
     progress(total - len(missing), total)
@@ -65,7 +71,8 @@ def cut_missing(
     return len(missing)
 
 
-def require_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: str) -> None:
+@workplace.require_work_elsewhere.register(MeasuredRecords)
+def refuse_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: str) -> None:
     """Refuse a cluster: records are cut here.
 
     Raises:
@@ -77,7 +84,8 @@ def require_work_elsewhere(source: MeasuredRecords, recipe: Recipe, executor: st
     )
 
 
-def unseen_motions(
+@unseen.known_or_simulated.register(MeasuredRecords)
+def unseen_records(
     source: MeasuredRecords, recipe: Recipe, simulate: Callable[[], list[UnseenMotion]]
 ) -> list[UnseenMotion]:
     """Return the blocks of records that are not learnt from.
@@ -97,27 +105,31 @@ def unseen_motions(
     ]
 
 
-def excited_inputs(
+@stability.excited_inputs.register(MeasuredRecords)
+def recorded_inputs(
     source: MeasuredRecords, recipe: Recipe, count: int, factor: float
 ) -> FloatArray:
     """Cut inputs out of the records, and multiply their deviations from the mean."""
     return inputs_beyond(recipe, source, count, SEQUENCES, factor)
 
 
-def tested_corners(
+@stability.tested_corners.register(MeasuredRecords)
+def tested_specimens(
     source: MeasuredRecords, surrogate: Surrogate, recipe: Recipe
 ) -> list[dict[str, float]]:
     """Return the parameters of the specimens, in place of the corners of their box."""
     return specimens(recipe)
 
 
+@case_checks.check_systems.register(MeasuredRecords)
 def check_records(source: MeasuredRecords, case: Case) -> None:
     """Refuse features that the records do not have, and a start that knows what is unseen here."""
     require_features(case.recipe, source)
     require_unlearnt(source, case.recipe)
 
 
-def found_numbers(
+@numbers.found_numbers.register(MeasuredRecords)
+def numbers_of_segments(
     source: MeasuredRecords, case: Case, open_keys: Collection[str], folder: RunFolder
 ) -> FoundValues:
     """Return the numbers of segments that a recipe leaves open; they follow from the samples.
@@ -128,7 +140,10 @@ def found_numbers(
     return _numbers(case.recipe, open_keys, source)
 
 
-def least_numbers(source: MeasuredRecords, open_recipe: OpenRecipe, cost: float) -> FoundValues:
+@numbers.least_numbers.register(MeasuredRecords)
+def least_numbers_of_segments(
+    source: MeasuredRecords, open_recipe: OpenRecipe, cost: float
+) -> FoundValues:
     """Return the same numbers, since no learning curve is tried.
 
     Raises:
@@ -149,10 +164,12 @@ def _numbers(recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords
     return nested(counts)
 
 
+@stages.step_of_case.register(MeasuredRecords)
 def no_remark_on_step(source: MeasuredRecords, case: Case) -> None:
     """Return no remark on the step: the signals between samples are unknown."""
 
 
+@measure.further_rows.register(MeasuredRecords)
 def no_further_rows(
     source: MeasuredRecords, meter: Meter, in_range: Validation, case: Case, bar: Stages
 ) -> list[Row]:
@@ -160,6 +177,7 @@ def no_further_rows(
     return []
 
 
+@run_report.affine_response.register(MeasuredRecords)
 def no_response(
     source: MeasuredRecords, surrogate: Surrogate
 ) -> tuple[ResponseFigures | None, list[ReportSection]]:
@@ -167,8 +185,15 @@ def no_response(
     return None, []
 
 
-def tried_records(source: MeasuredRecords, case: Case) -> MotionTrial:
+@trial.tried_motions.register(MeasuredRecords)
+def tried_records(source: MeasuredRecords, case: Case) -> trial.MotionTrial:
     """Return remarks on the lost samples and the findings of the records; nothing is simulated."""
-    from slide_fmu.propose.trial import MotionTrial
+    return trial.MotionTrial((*remarks_on_division(case.recipe, source), *source.remarks))
 
-    return MotionTrial((*remarks_on_division(case.recipe, source), *source.remarks))
+
+resolved.lengths_of_case.register(MeasuredRecords)(lengths_of_case)
+stages.size_case.register(MeasuredRecords)(size_case)
+validate.validate_against.register(MeasuredRecords)(validate_records)
+data_origin.origin_of_data.register(MeasuredRecords)(record_origin)
+data_origin.require_same_origin.register(MeasuredRecords)(require_same_records)
+run_report.remarks_on_data.register(MeasuredRecords)(remarks_on_records)

@@ -13,7 +13,6 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.core.units import are_other
 from slide_fmu.record_files.reading import READERS, read_record, read_records
 from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
-from slide_fmu.records.answer_table import ANSWERS
 from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
@@ -48,7 +47,7 @@ class MeasuredRecords(Source):
     """
 
     sampled_only = True
-    answers_elsewhere = ANSWERS
+    answered_in = "slide_fmu.records.answers"
 
     def __init__(
         self,

@@ -89,8 +89,8 @@ class Source(abc.ABC):
         lacks_outputs: whether an output is missing somewhere.
         noise_at_rest: samples of the outputs' noise alone, (N, n_outputs) each, in their units;
             None where it is not known.
-        answers_elsewhere: functions that answer for such a source in place of a simulated system
-            (``slide_fmu.data.answers``).
+        answered_in: module with the answers of such a source in place of a simulated system
+            (``slide_fmu.data.answers``); None for systems.
     """
 
     step: float
@@ -101,7 +101,7 @@ class Source(abc.ABC):
     sampled_only: bool = False
     lacks_outputs: bool = False
     noise_at_rest: tuple[FloatArray, ...] | None = None
-    answers_elsewhere: Mapping[str, str] = MappingProxyType({})
+    answered_in: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

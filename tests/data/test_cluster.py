@@ -217,7 +217,7 @@ def test_workers_that_all_went_are_told(tmp_path: Path, monkeypatch: pytest.Monk
             if done == 5:
                 os.killpg(worker_program.pid, signal.SIGKILL)
 
-        with refused(ClusterError, "none came within 2 s", "start workers", "stay there"):
+        with refused(ClusterError, "none came within 2 s", "start workers", "made stay"):
             Workplace(executor=address).make(
                 case_of(LONG), None, tmp_path / "trajectories", kill_worker
             )

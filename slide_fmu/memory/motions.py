@@ -15,11 +15,11 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import Draw, Stream, draw, split_stream
 from slide_fmu.data.failing_motions import Failing
-from slide_fmu.memory.convergence import measured_decay
 from slide_fmu.memory.decay import (
     Decay,
     decay_along,
     decay_in_pieces,
+    measured_decay,
     recommend_window,
 )
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum

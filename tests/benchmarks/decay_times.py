@@ -24,8 +24,7 @@ from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.excitation.point_to_point import Moves, PointToPoint
 from slide_fmu.excitation.speed_ramps import SpeedRamps
-from slide_fmu.memory.convergence import measured_decay
-from slide_fmu.memory.decay import Decay, decay_along
+from slide_fmu.memory.decay import Decay, decay_along, measured_decay
 from slide_fmu.memory.modes import spectrum
 from slide_fmu.systems.base import State, System
 

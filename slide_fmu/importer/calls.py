@@ -23,13 +23,11 @@ class FailedCallError(CoSimulationError):
     """
 
     def __init__(self, label: str, reason: str) -> None:
-        super().__init__(f"{label}: {reason}")
+        super().__init__(label, reason)
         self.reason = reason
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Errors are sent to other processes."""
-        label = str(self).removesuffix(f": {self.reason}")
-        return type(self), (label, self.reason)
+    def __str__(self) -> str:
+        return ": ".join(self.args)
 
 
 class LostCallError(FailedCallError, LostError):

@@ -22,7 +22,7 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.instance import InstanceVariables, instantiated
+from slide_fmu.importer.instance import instantiated
 from slide_fmu.importer.run import run_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
@@ -297,9 +297,9 @@ def test_reference_fmu_goes_back_to_a_former_state(tmp_path: Path) -> None:
     """Inputs move, so that the state has the last one too."""
     fmu = write_reference_fmu(Specification(dotted("DuffingBaseMotion")), tmp_path / "base.fmu")
     with unpacked(fmu) as files, instantiated(files) as slave:
-        variables = files.description.modelVariables
-        road = InstanceVariables(slave, [v for v in variables if v.causality == "input"])
-        out = InstanceVariables(slave, [v for v in variables if v.name == "position"])
+        inputs = [v.name for v in files.variables.values() if v.causality == "input"]
+        road, out = slave.variables(inputs), slave.variables(["position"])
+        slave.set_up({})
         slave.enter_initialization()
         slave.exit_initialization()
         outputs = []

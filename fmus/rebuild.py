@@ -27,7 +27,12 @@ from slide_fmu.pipeline.apps import Release, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import checked, open_job
 from slide_fmu.pipeline.measurement import tasks
-from slide_fmu.pipeline.run import MECHANISM_PICTURE, PICTURE, measure_trained
+from slide_fmu.pipeline.run import (
+    MECHANISM_PICTURE,
+    PICTURE,
+    StageResults,
+    measure_trained,
+)
 from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window
 from slide_fmu.recipe.case import case_of
@@ -36,6 +41,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.validation.data_origin import require_same_origin
 from slide_fmu.validation.row import SEARCH, Row
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
 
@@ -102,7 +108,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: boo
 
     Raises:
         FmuError: the file is no FMU of slide-fmu, or damaged.
-        StageError: its recipe says something else now.
+        StageError: its recipe says something else now, or its records have changed.
         Exception: as of ``slide_fmu.pipeline.run.measure_trained``.
     """
     surrogate, found = read_fmu(fmu)
@@ -112,6 +118,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: boo
         recipe = Path(runs, f"{surrogate.name}.toml")
         recipe.write_text(origin["recipe"], encoding="utf-8")
         job = checked(open_job(recipe, Path(runs), bar))
+        require_same_origin(job.case.source, origin, str(fmu))
         job.folder.path.mkdir()
         drawn = fmu.with_name(MECHANISM_PICTURE)
         if drawn.exists():
@@ -119,7 +126,8 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: boo
         trained = TrainedSurrogate(surrogate, {}, origin["versions"])
         wanted = tasks(job.recipe, UNSEEN_SEED, trajectories)
         known = None if search else _known_search(found or {})
-        made = measure_trained(job, trained, origin, check_window(job), wanted, None, known)
+        results = StageResults(trained, origin, check_window(job))
+        made = measure_trained(job, results, wanted, None, known)
         for name in (PICTURE, MECHANISM_PICTURE):
             if (job.folder.path / name).exists():
                 shutil.copy(job.folder.path / name, fmu.with_name(name))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
+from pathlib import Path
 
 from slide_fmu.core.search_path import find_file
 from slide_fmu.fmu.export import Provenance, read_fmu
@@ -66,21 +67,16 @@ def companion_start(known: Surrogate) -> Surrogate:
     return replace(known, network=known.bound.companion, estimator=None, bound=None)
 
 
-def start_origin(recipe: Recipe) -> Provenance:
+def start_origin(recipe: Recipe, known: Surrogate | None) -> Provenance:
     """Return the part of a provenance that names the FMU with which a training began, if any.
 
-    It has the hash of the surrogate file: the FMU may be written again with another runtime.
-
-    Raises:
-        FmuError: the file is no longer an FMU of slide-fmu.
-        FileNotFoundError: the FMU no longer exists.
+    It has the hash of its surrogate: the FMU may be written again with another runtime.
     """
     training = recipe.training
-    if not isinstance(training, LeastSquaresRecipe) or training.start is None:
+    if known is None or not isinstance(training, LeastSquaresRecipe) or training.start is None:
         return {}
-    path = find_file(training.start)
-    digest = hashlib.sha256(read_fmu(path)[0].to_bytes()).hexdigest()
-    return {"start": {"file": path.name, "sha256": digest}}
+    digest = hashlib.sha256(known.to_bytes()).hexdigest()
+    return {"start": {"file": Path(training.start).name, "sha256": digest}}
 
 
 def _require_no_other_network(recipe: Recipe, place: str) -> None:

@@ -109,7 +109,7 @@ def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
     RunFolder(runs / read.guess.name).require_surrogate()  # before lengths are found
     job = open_job(request.source, runs, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
-    surrogate, origin = trained.surrogate, provenance(job, trained.versions)
+    surrogate, origin = trained.surrogate, provenance(job, trained)
     examine_stability(job, surrogate)
     finished = job.folder.fmu(job.recipe)
     path = request.path or finished

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
 from shlex import quote
 
-from slide_fmu.bounds.known_start import start_origin
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.search_path import make_importable
 from slide_fmu.fmu.export import Provenance
@@ -19,7 +18,7 @@ from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.pipeline.numbers import known_numbers
 from slide_fmu.pipeline.resolved import resolved_lengths
-from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.pipeline.run_folder import RunFolder, TrainedSurrogate
 from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues
 from slide_fmu.recipe.case import Case, case_of
@@ -202,7 +201,7 @@ def with_training_seed(recipe: Recipe, seed: int) -> Recipe:
     return Recipe.model_validate(values)
 
 
-def provenance(job: Job, versions: Mapping[str, str]) -> Provenance:
+def provenance(job: Job, trained: TrainedSurrogate) -> Provenance:
     """Return the provenance of a job's surrogate: recipe, seeds, versions of the training.
 
     Values of the recipe's open keys are included, so that they need not be found again.
@@ -213,13 +212,13 @@ def provenance(job: Job, versions: Mapping[str, str]) -> Provenance:
         "recipe": job.text,
         **({"resolved": job.resolved} if job.resolved else {}),
         **origin_of_data(job.case.source),
-        **start_origin(recipe),
+        **trained.start,
         "seeds": {
             "data": recipe.data.seed,
             "training": recipe.training.seed,
             "estimator_training": None if estimator is None else estimator.training.seed,
         },
-        "versions": versions,
+        "versions": trained.versions,
     }
 
 

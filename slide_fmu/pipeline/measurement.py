@@ -5,14 +5,12 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.search_path import find_file, make_models_importable
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.failures import remark_on_beyond
 from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
@@ -33,20 +31,25 @@ from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE, Task
 from slide_fmu.validation.validate import validate
 
-if TYPE_CHECKING:  # it needs the packages of the training
-    from slide_fmu.pipeline.job import Job
-
 
 def validate_fmu_file(
     fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
 ) -> Validation:
     """Compare an FMU of a user with its reference system (``released_case``).
 
-    Arguments and errors are as in ``measured``. A ValueError is raised too if an app cannot use
-    its part of the FMU's provenance.
+    Arguments and errors are as in ``validated``.
+
+    Raises:
+        FmuError: the file is no FMU of slide-fmu.
+        StageError: its records have changed since, or it is found under the name of its own
+            reference.
+        ValueError: an app cannot use its part of the FMU's provenance.
     """
-    check_origins(*read_fmu(fmu))  # the report shows it, so a mistake is reported before any work
-    return measured(fmu, case, task, bar, workers)
+    surrogate, provenance = read_fmu(fmu)
+    check_origins(surrogate, provenance)  # the report shows it
+    require_another(fmu, case.recipe)
+    require_same_origin(case.source, dict(provenance or {}), str(fmu))
+    return validated(fmu, surrogate, case, task, bar, workers)
 
 
 def released_case(fmu: Path, system: System | None = None) -> Case:
@@ -89,24 +92,23 @@ def _require_object(surrogate: Surrogate, recipe: Recipe, system: System, fmu: P
         )
 
 
-def measured(
-    fmu: Path, case: Case, task: Task, bar: Stages, workers: int | None = None
+def validated(
+    fmu: Path,
+    surrogate: Surrogate,
+    case: Case,
+    task: Task,
+    bar: Stages,
+    workers: int | None = None,
 ) -> Validation:
-    """Compare an FMU with the reference system of the case that it was made from.
+    """Compare the FMU of a surrogate with the reference system of the case that it was made from.
 
     ``workers`` is the number of processes: one per core if None, no processes if 0.
 
     Raises:
-        FmuError: the file is no FMU of slide-fmu.
-        StageError: its records have changed since, or it is found under the name of its own
-            reference.
         CoSimulationError: an FMU reports an error.
         SimulationError: the reference cannot be simulated on drawn motions; the message begins
             with the name of the validation.
     """
-    surrogate, provenance = read_fmu(fmu)
-    require_another(fmu, case.recipe)
-    require_same_origin(case.source, dict(provenance or {}), str(fmu))
     progress = bar(_title(task))
     try:
         return validate(fmu, surrogate, case, task, progress, workers)
@@ -195,18 +197,6 @@ def tasks(recipe: Recipe, seed: int, trajectories: int | None = None) -> dict[st
     if recipe.validation.excitation:
         wanted[HELD_OUT] = Task(seed + 2, trajectories, held_out=True)
     return wanted
-
-
-def remarks_on_range(job: Job, beyond: Validation | None) -> list[str]:
-    """Say on which trajectories beyond the range the model failed.
-
-    Args:
-        job: the recipe, whose data lie in its run folder.
-        beyond: the validation beyond the range, if there is one.
-    """
-    of_data = remark_on_beyond(job.case, job.folder.trajectories)
-    of_measured = [] if beyond is None else remarks_of_beyond(beyond)
-    return [*([] if of_data is None else [of_data]), *of_measured]
 
 
 def remarks_of_beyond(beyond: Validation) -> list[str]:

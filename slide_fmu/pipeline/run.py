@@ -10,16 +10,22 @@ from tempfile import TemporaryDirectory
 from slide_fmu.core.files import write_whole
 from slide_fmu.cosim.check import wide_differences
 from slide_fmu.data.workplace import Workplace
+from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import Provenance, export_fmu
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
-from slide_fmu.pipeline.measurement import measured, remarks_on_range, require_another, tasks
-from slide_fmu.pipeline.numbers import kept_curve
+from slide_fmu.pipeline.measurement import (
+    remarks_of_beyond,
+    require_another,
+    tasks,
+    validated,
+)
 from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from slide_fmu.pipeline.stages import (
+    DataFigures,
     check_window,
     choose_numbers,
     examine_stability,
@@ -95,46 +101,59 @@ def run_recipe(
     training = train_surrogate(job, threads)
     if not (data.made_now or training.made_now):
         job.tell("Data and training were finished already; only the measuring is left to do.")
-    origin = provenance(job, training.trained.versions)
-    wanted = tasks(job.recipe, seed, trajectories)
-    return measure_trained(job, training.trained, origin, sizing, wanted, workers)
+    trained = training.trained
+    results = StageResults(trained, provenance(job, trained), sizing, data)
+    return measure_trained(job, results, tasks(job.recipe, seed, trajectories), workers)
+
+
+@dataclass(frozen=True, eq=False)
+class StageResults:
+    """These are the results of the stages before the measurement.
+
+    Attributes:
+        trained: the surrogate; without histories the report says nothing of its training.
+        origin: its provenance, without measured figures.
+        sizing: the sizing of its window.
+        data: figures of its data; None if they are not known.
+    """
+
+    trained: TrainedSurrogate
+    origin: Provenance
+    sizing: AnySizing
+    data: DataFigures | None = None
 
 
 def measure_trained(
     job: Job,
-    trained: TrainedSurrogate,
-    origin: Provenance,
-    sizing: AnySizing,
+    results: StageResults,
     wanted: Mapping[str, Task],
     workers: int | None,
     known_search: Sequence[Row] | None = None,
 ) -> FinishedRun:
     """Measure a trained surrogate as FMU, and write the FMU with its report and its figures.
 
-    What is measured is a bare FMU in a folder for the moment. The place of the FMU gets the
-    finished one alone, as the last of all files.
+    What is measured is a bare FMU in a temporary folder. The place of the FMU gets only the
+    finished one, as the last of all files.
 
     Args:
         job: the recipe, and the run folder for all files.
-        trained: the surrogate; without histories the report says nothing of its training.
-        origin: its provenance, without measured figures.
-        sizing: the sizing of its window.
+        results: results of the stages before.
         wanted: the tasks of its validation, by name; one of them is ``IN_RANGE``.
         workers: number of processes that simulate; one per core if None, no processes if 0.
         known_search: known rows of a search for unnoticed errors; if None, the search is done if
             the recipe asks for it.
 
     Raises:
-        StageError: its records have changed since.
         CoSimulationError: an FMU reports an error, or differs from its surrogate.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
+    trained, data = results.trained, results.data
     surrogate = trained.surrogate
     tests = examine_stability(job, surrogate)
     with TemporaryDirectory(prefix="slide_fmu_run_") as folder:
         bare = export_fmu(surrogate, Path(folder) / job.folder.fmu(job.recipe).name)
         require_same_answers(bare)
-        validations, lost = _validations(bare, job, wanted, workers)
+        validations, remarks = _validations(bare, surrogate, job, wanted, workers)
         in_range = validations[IN_RANGE]
         attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
         rows = rows_of(bare, validations, job.case, in_range.usual_error(), job.bar, attacks)
@@ -143,13 +162,13 @@ def measure_trained(
             trained.histories,
             validations,
             tests,
-            sizing,
-            curve=kept_curve(job.case, job.folder),
+            results.sizing,
+            curve=(data and data.learning_curve) or Curve(),
             rows=(*rows, *(known_search or ())),
             attacks=attacks,
-            remarks=(*lost, *remarks_on_range(job, validations.get(BEYOND))),
+            remarks=(*([data.remark] if data and data.remark else []), *remarks),
         )
-        return _write_finished(job, trained, origin, measurement, bare)
+        return _write_finished(job, results, measurement, bare)
 
 
 def require_same_answers(fmu: Path) -> None:
@@ -167,38 +186,37 @@ def require_same_answers(fmu: Path) -> None:
 
 
 def _validations(
-    fmu: Path, job: Job, wanted: Mapping[str, Task], workers: int | None
+    fmu: Path, surrogate: Surrogate, job: Job, wanted: Mapping[str, Task], workers: int | None
 ) -> tuple[dict[str, Validation], list[str]]:
-    """Return the validations of an FMU by the names of their tasks, and remarks on lost ones.
+    """Return validations by the names of their tasks, and remarks on failures beyond the range.
 
-    Beyond the range a reference may fail on all motions; elsewhere this is an error.
+    Beyond the range a reference may fail, also on all motions; elsewhere this is an error.
     """
     validations: dict[str, Validation] = {}
-    lost: list[str] = []
+    remarks: list[str] = []
     for name, task in wanted.items():
         try:
-            validations[name] = measured(fmu, job.case, task, job.bar, workers)
+            validations[name] = validated(fmu, surrogate, job.case, task, job.bar, workers)
         except SimulationError as error:
             if name != BEYOND:
                 raise
-            lost.append(f"no trajectory beyond the range could be measured: {error}")
-    return validations, lost
+            remarks.append(f"no trajectory beyond the range could be measured: {error}")
+    if BEYOND in validations:
+        remarks += remarks_of_beyond(validations[BEYOND])
+    return validations, remarks
 
 
 def _write_finished(
-    job: Job,
-    trained: TrainedSurrogate,
-    origin: Provenance,
-    measurement: RunMeasurement,
-    bare: Path,
+    job: Job, results: StageResults, measurement: RunMeasurement, bare: Path
 ) -> FinishedRun:
     """Write report, card, pictures and at last the FMU; ``bare`` is the FMU that was measured."""
-    recipe, surrogate, folder = job.recipe, trained.surrogate, job.folder
-    figures, response = run_figures(job.case, measurement, job.command, trained.versions)
+    recipe, surrogate, folder = job.recipe, measurement.surrogate, job.folder
+    versions = results.trained.versions
+    figures, response = run_figures(job.case, measurement, job.command, versions)
     report = run_report(recipe, measurement, figures, response)
     charts = step_charts(measurement.rows)
     drawn = draw_mechanism(job)
-    released = with_origins({**origin, "measured": figures.dump()}, recipe, surrogate)
+    released = with_origins({**results.origin, "measured": figures.dump()}, recipe, surrogate)
     described = FmuDescription.of(surrogate, released)
     card = model_card(described, PICTURE if charts else None, drawn)
     members = documents(report.html().encode("utf-8"), card)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from slide_fmu.core.files import write_whole
@@ -34,11 +34,13 @@ class TrainedSurrogate:
         surrogate: the surrogate, with its error estimator if it has one.
         histories: course of the trainings, by stage; empty if it was trained elsewhere.
         versions: versions of the packages that trained it.
+        start: part of its provenance that names the FMU with which the training began, if any.
     """
 
     surrogate: Surrogate
     histories: Mapping[str, History]
     versions: Mapping[str, str]
+    start: Provenance = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class TrainingRecord:
         key: key of all that decided the training.
         surrogate: SHA-256 of the surrogate file.
         recipe: the recipe as resolved.
-        versions, histories: as of ``TrainedSurrogate``.
+        versions, histories, start: as of ``TrainedSurrogate``.
     """
 
     key: str
@@ -57,6 +59,7 @@ class TrainingRecord:
     recipe: Tables
     versions: Mapping[str, str]
     histories: Mapping[str, History]
+    start: Provenance
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,7 @@ class RunFolder:
             recipe=recipe.model_dump(mode="json"),
             versions=trained.versions,
             histories=trained.histories,
+            start=trained.start,
         )
         write_whole(self.surrogate, data)
         self._record.write_json(record)
@@ -167,7 +171,8 @@ class RunFolder:
                 f"{self.surrogate} and {self.training.name} do not belong together: a "
                 "training was stopped while it wrote them; train again (slide-fmu train RECIPE)"
             )
-        return TrainedSurrogate(Surrogate.from_bytes(data), record.histories, record.versions)
+        surrogate = Surrogate.from_bytes(data)
+        return TrainedSurrogate(surrogate, record.histories, record.versions, record.start)
 
 
 def _learnt(recipe: Tables) -> Tables:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.bounds.known_start import known_start
+from slide_fmu.bounds.known_start import known_start, start_origin
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
@@ -233,7 +233,8 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
     if kept is not None:
         return Training(kept, recipe, made_now=False)
     fit = fit_surrogate(work)
-    trained = TrainedSurrogate(fit.surrogate, fit.histories, versions())
+    start = start_origin(recipe, known)
+    trained = TrainedSurrogate(fit.surrogate, fit.histories, versions(), start)
     folder.save_training(trained, recipe, key)
     return Training(trained, recipe, made_now=True)
 

@@ -15,6 +15,7 @@ from slide_fmu.cli.console import errors
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import open_job, provenance
+from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from tests.acceptance.conftest import (
     FEW_MOTIONS,
     SMALL_DUFFING,
@@ -22,6 +23,7 @@ from tests.acceptance.conftest import (
     Finished,
     invoke,
 )
+from tests.fmu.samples import sum_surrogate
 from tests.limits import HANGS
 from tests.marks import needs_app, of_app
 from tests.progress import no_stages
@@ -110,7 +112,7 @@ def test_training_refuses_data_of_another_recipe(duffing: Finished, tmp_path: Pa
     other.write_text(SMALL_DUFFING.replace("step = 0.03\n", "step = 0.035\n"), encoding="utf-8")
     result = invoke("train", other, "--runs", duffing.runs)
     assert result.exit_code == 1
-    assert "generated from other values" in result.output
+    assert "are missing for the values of this recipe and its model" in result.output
 
 
 @pytest.mark.extended
@@ -178,7 +180,7 @@ def test_provenance_is_the_recipe_that_was_read(tmp_path: Path) -> None:
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
     job = open_job(recipe, tmp_path / "runs", no_stages)
     recipe.unlink()
-    assert provenance(job, {})["recipe"] == SMALL_LINEAR
+    assert provenance(job, TrainedSurrogate(sum_surrogate(), {}, {}))["recipe"] == SMALL_LINEAR
 
 
 def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Finished) -> None:

@@ -22,10 +22,11 @@ from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import _file, known_numbers
-from slide_fmu.pipeline.run_folder import recipe_of_provenance
+from slide_fmu.pipeline.run_folder import TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.recipe import RecipeError
 from tests.data.test_generation import Inline
+from tests.fmu.samples import sum_surrogate
 from tests.progress import no_stages, silent
 from tests.recipes import TINY
 from tests.refusals import refused
@@ -125,7 +126,10 @@ def test_numbers_are_found_once_and_a_released_fmu_knows_them(
 ) -> None:
     pays(monkeypatch, 0.0)
     job = choose_numbers(opened(tmp_path), Workplace())
-    assert recipe_of_provenance(provenance(job, {}), "it") == job.recipe
+    assert (
+        recipe_of_provenance(provenance(job, TrainedSurrogate(sum_surrogate(), {}, {})), "it")
+        == job.recipe
+    )
     monkeypatch.setattr(pool, "process_pool", None)  # nothing may be made again
     again = opened(tmp_path)
     assert again.recipe == job.recipe

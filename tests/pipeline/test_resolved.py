@@ -13,9 +13,10 @@ from slide_fmu.memory import motions
 from slide_fmu.pipeline import resolved
 from slide_fmu.pipeline.export import ExportRequest, export
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
-from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
+from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import check_window, size_recipe
 from slide_fmu.recipe.recipe import RecipeError
+from tests.fmu.samples import sum_surrogate
 from tests.memory.plain_systems import Lag
 from tests.progress import no_stages
 from tests.recipes import LINEAR_NETWORK, TINY
@@ -113,12 +114,12 @@ def test_recipe_that_leaves_nothing_open_has_no_file(tmp_path: Path) -> None:
     job = opened(tmp_path, TINY)
     assert job.resolved == {}
     assert not job.folder.cache.exists()
-    assert "resolved" not in provenance(job, {})
+    assert "resolved" not in provenance(job, TrainedSurrogate(sum_surrogate(), {}, {}))
 
 
 def test_provenance_gives_the_resolved_recipe(tmp_path: Path) -> None:
     job = opened(tmp_path)
-    released = json.loads(json.dumps(provenance(job, {})))
+    released = json.loads(json.dumps(provenance(job, TrainedSurrogate(sum_surrogate(), {}, {}))))
     assert recipe_of_provenance(released, "lag.fmu") == job.recipe
     del released["resolved"]
     with refused(RecipeError, "leaves window.n_in", "to be found"):

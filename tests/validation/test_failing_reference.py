@@ -64,5 +64,5 @@ def test_a_failure_says_what_was_being_measured(monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(
         SimulationError, match=r"^validation on kinds that were held out: no solution$"
     ) as raised:
-        measurement.measured(fmu, case, Task(seed=3, held_out=True), lambda stage: silent)
+        measurement.validate_fmu_file(fmu, case, Task(seed=3, held_out=True), lambda stage: silent)
     assert raised.value.time == 0.5

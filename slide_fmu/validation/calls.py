@@ -203,7 +203,7 @@ def _same(*steps: float) -> bool:
 def row_of(
     every: Sequence[CallAnswers],
     outputs: Sequence[Signal],
-    named: InputsLabel,
+    label: InputsLabel,
     call: Call,
     steps: tuple[float, float],
     levels: ErrorLevels,
@@ -213,7 +213,7 @@ def row_of(
     Args:
         every: the answers on each motion.
         outputs: the signals of the outputs.
-        named: the inputs.
+        label: the inputs.
         call: how the importer called.
         steps: its communication step, and the surrogate's own, in s.
         levels: which errors are usual.
@@ -236,8 +236,8 @@ def row_of(
     )
     covered, width = shares.covered(), shares.width()
     return Row(
-        group=named.group,
-        inputs=named.inputs,
+        group=label.group,
+        inputs=label.inputs,
         call=call,
         step_s=step,
         steps=own / step,
@@ -260,7 +260,7 @@ def row_of(
         harmful=shares.harmful(),
         silent=shares.silent(),
         over_bound=shares.over_bound(),
-        failed=named.failed,
+        failed=label.failed,
     )
 
 

@@ -50,7 +50,7 @@ def constant_motions(
     system, count = case.reference, len(surrogate.inputs)
     groups = {CORNERS: corners_of_box(count), STEADY: points_inside(count, INSIDE)}
     done, total = 0, sum(len(points) for points in groups.values())
-    named: dict[InputsLabel, list[MeasuredMotion]] = {}
+    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
     progress(0, total)
     for name, points in groups.items():
         motions, failed = list[MeasuredMotion](), list[str]()
@@ -61,8 +61,8 @@ def constant_motions(
                 failed.append(f"{_named(surrogate, point)}: {error}")
             done += 1
             progress(done, total)
-        named[InputsLabel(CONSTANT, name, tuple(failed))] = motions
-    return named
+        by_label[InputsLabel(CONSTANT, name, tuple(failed))] = motions
+    return by_label
 
 
 def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:

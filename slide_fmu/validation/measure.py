@@ -43,6 +43,9 @@ from slide_fmu.validation.user_inputs import user_motions
 Calls = Sequence[tuple[Call, float]]
 """Calls, each with the number of its communication steps in the surrogate's own step."""
 
+MOST_BETWEEN = 24
+"""Number of motions of a group, about, whose truth is simulated between samples."""
+
 
 @dataclass(frozen=True, eq=False)
 class Meter:
@@ -92,55 +95,39 @@ class Meter:
         return [answers(self.fmu, *signals, one, call, self.step / steps) for one in motions]
 
     def rows(
-        self, named: InputsLabel, motions: Sequence[MeasuredMotion], calls: Calls
+        self,
+        kinds: Mapping[InputsLabel, Sequence[MeasuredMotion]],
+        calls: Calls,
+        joined: bool = False,
     ) -> list[Row]:
-        """Return a row for each of the calls, as far as it has a communication point that counts.
+        """Return a row for each call and each kind that has a communication point that counts.
 
-        Raises:
-            CoSimulationError: the FMU reports an error.
-        """
-        made = (
-            self._row(self.answers(motions, call, steps), named, call, steps)
-            for call, steps in calls
-            if motions
-        )
-        return [row for row in made if row is not None]
-
-    def rows_by_kind(
-        self, group: str, kinds: Mapping[str, Sequence[MeasuredMotion]], calls: Calls
-    ) -> list[Row]:
-        """Return the rows of each kind of a group, and of all of them together.
+        Args:
+            kinds: motions of each kind of inputs.
+            calls: the calls.
+            joined: whether a row of all kinds together, which are of one group, comes before them.
 
         Raises:
             CoSimulationError: the FMU reports an error.
         """
         rows: list[Row | None] = []
         for call, steps in calls:
-            by_kind = {
-                name: self.answers(motions, call, steps)
-                for name, motions in kinds.items()
+            of_kinds = {
+                label: self.answers(motions, call, steps)
+                for label, motions in kinds.items()
                 if motions
             }
-            every = [one for some in by_kind.values() for one in some]
-            for name, some in {ALL: every, **by_kind}.items():
-                if some:
-                    rows.append(self._row(some, InputsLabel(group, name), call, steps))
+            if joined and of_kinds:
+                every = [one for of_kind in of_kinds.values() for one in of_kind]
+                of_kinds = {InputsLabel(next(iter(of_kinds)).group, ALL): every, **of_kinds}
+            rows += [self._row(given, label, call, steps) for label, given in of_kinds.items()]
         return [row for row in rows if row is not None]
 
     def _row(
-        self, given: Sequence[CallAnswers], named: InputsLabel, call: Call, steps: float
+        self, given: Sequence[CallAnswers], label: InputsLabel, call: Call, steps: float
     ) -> Row | None:
         lengths = self.step / steps, self.step
-        return row_of(given, self.surrogate.outputs, named, call, lengths, self.levels)
-
-
-def size_of(truth: FloatArray) -> FloatArray:
-    """Return the RMS of true outputs, (n, n_outputs), about their mean, (n_outputs,)."""
-    return np.asarray(truth.std(axis=0))
-
-
-MOST_BETWEEN = 24
-"""Number of motions of a group, about, whose truth is simulated between samples."""
+        return row_of(given, self.surrogate.outputs, label, call, lengths, self.levels)
 
 
 def rows_of(
@@ -177,18 +164,24 @@ def rows_of(
             finer = validation.between_known and not beyond
             held = first.surrogate.hold == "zero_order"
             calls = meter.usual_calls(finer=finer and not held)
-            rows += meter.rows_by_kind(group, motions_by_kind(validation), calls)
+            rows += meter.rows(_labelled(group, motions_by_kind(validation)), calls, joined=True)
             if finer and held:
                 shown = motions_between(validation, case, bar("motions between samples"))
-                rows += meter.rows_by_kind(group, shown, [("plain", float(FINER))])
+                shorter: Calls = [("plain", float(FINER))]
+                rows += meter.rows(_labelled(group, shown), shorter, joined=True)
             progress(number, total)
         if first.in_range:
             rows += further_rows(case.source, meter, first, case, bar)
-        attacked = [_of_attack(attack, first.surrogate) for attack in attacks]
-        if attacked:
-            words = InputsLabel(SEARCH, "noise that a search has made worse")
-            rows += meter.rows(words, attacked, meter.usual_calls())
+        label = InputsLabel(SEARCH, "noise that a search has made worse")
+        attacked = {label: [_of_attack(attack, first.surrogate) for attack in attacks]}
+        rows += meter.rows(attacked, meter.usual_calls())
     return tuple(rows)
+
+
+def _labelled(
+    group: str, by_name: Mapping[str, Sequence[MeasuredMotion]]
+) -> dict[InputsLabel, Sequence[MeasuredMotion]]:
+    return {InputsLabel(group, name): motions for name, motions in by_name.items()}
 
 
 def motions_by_kind(validation: Validation) -> dict[str, list[MeasuredMotion]]:
@@ -242,12 +235,12 @@ def further_rows(
     surrogate, rows = meter.surrogate, list[Row]()
     rows += _smooth_rows(meter, in_range, case, bar("smooth inputs"))
     truth = np.concatenate([comparison.reference for comparison in in_range.comparisons])
-    resting = meter.relative_to(size_of(truth))
-    for named, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
-        rows += resting.rows(named, motions, resting.usual_calls())
+    resting = meter.relative_to(truth.std(axis=0))
+    for label, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
+        rows += resting.rows({label: motions}, resting.usual_calls())
     as_set = bar("inputs as users set them")
-    for named, motions in user_motions(surrogate, case, in_range.task, as_set).items():
-        rows += meter.rows(named, motions, meter.usual_calls())
+    for label, motions in user_motions(surrogate, case, in_range.task, as_set).items():
+        rows += meter.rows({label: motions}, meter.usual_calls())
     return rows
 
 
@@ -266,7 +259,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
         if not (surrogate.planned or turning):
             smooth = smooth_motions(surrogate, case, in_range.task)
             progress(1, 3)
-            rows = meter.rows(smooth.named, smooth.motions, calls)
+            rows = meter.rows({smooth.label: smooth.motions}, calls)
             progress(2, 3)
             rows += model_rows(smooth, case, surrogate.outputs, meter.levels, meter.step)
             progress(3, 3)
@@ -276,7 +269,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
     rows = []
     if surrogate.hold == "first_order":
         chosen = [c.motion for c in in_range.comparisons[:TRAJECTORIES] if c.motion is not None]
-        rows = meter.rows(InputsLabel(SMOOTH, OF_TRAINING), chosen, calls)
+        rows = meter.rows({InputsLabel(SMOOTH, OF_TRAINING): chosen}, calls)
     progress(3, 3)
     return rows
 
@@ -284,8 +277,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
 def _of_attack(attack: Attack, surrogate: Surrogate) -> MeasuredMotion:
     """Return the motion that a search has found."""
     attacked, step = attack.measured, surrogate.window.step
-    truth = np.concatenate(
-        [attacked.reference[:1], attacked.reference]
-    )  # the start does not count
+    # the output at the start does not count
+    truth = np.concatenate([attacked.reference[:1], attacked.reference])
     course = course_of(attacked.drawn, surrogate.inputs, step, surrogate.planned)
     return MeasuredMotion(course, truth, step, (attacked.first + 1) * step)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -95,7 +95,7 @@ class SmoothMotions:
     hz: tuple[float, float]
 
     @property
-    def named(self) -> InputsLabel:
+    def label(self) -> InputsLabel:
         """Their group and name."""
         return InputsLabel(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
 
@@ -162,8 +162,7 @@ def model_rows(
             _, places = motion.points(own / steps)
             outputs_there, counted = outputs_of[places // of_truth], np.full(len(places), True)
             every.append(CallAnswers(outputs_there, motion.truth[places], None, None, counted))
-        named = replace(smooth.named, failed=())
-        row = row_of(every, outputs, named, "model", (own / steps, own), levels)
+        row = row_of(every, outputs, smooth.label, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]
     return rows
 

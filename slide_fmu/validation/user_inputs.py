@@ -241,7 +241,7 @@ def user_motions(
     kinds = OF_MOTIONS if moving else OF_INPUTS
     fine = None if moving else _fine(case)
     done, total = 0, TRAJECTORIES * len(kinds)
-    named: dict[InputsLabel, list[MeasuredMotion]] = {}
+    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
     progress(0, total)
     for number, (name, drawing) in enumerate(kinds.items()):
         motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
@@ -256,8 +256,8 @@ def user_motions(
             done += 1
             progress(done, total)
         words = name_with_ranges(name, channels, [inputs.waveforms for inputs in drawn])
-        named[InputsLabel(AS_SET, words, tuple(failed))] = motions
-    return named
+        by_label[InputsLabel(AS_SET, words, tuple(failed))] = motions
+    return by_label
 
 
 def _fine(case: Case) -> System | None:

@@ -65,7 +65,8 @@ def rows_of_fmu(fmu: Path, bar: Stages) -> list[dict[str, Any]]:
             truth = simulate(case.system_with_step(step), rows).outputs
             motion = MeasuredMotion(Stairs(step, rows), truth, step, BURN_IN)
             meter = Meter(files, surrogate, ErrorLevels(truth.mean(axis=0), None))
-            (row,) = meter.rows(InputsLabel("held", "between"), [motion], [("plain", 1 / part)])
+            label = InputsLabel("held", "between")
+            (row,) = meter.rows({label: [motion]}, [("plain", 1 / part)])
             found.append(
                 {
                     "held_for_s": None if every is None else every * own,

@@ -25,6 +25,10 @@ GROUP = "slide_fmu.apps"
 """Entry points of this group are apps; each has the name of its table ``[apps.NAME]``."""
 
 
+ExampleFiles = tuple[Mapping[str, float], dict[str, bytes]]
+"""Physical parameters of a run, and its CSV files ``inputs``, ``results`` and ``reference``."""
+
+
 @dataclass(frozen=True, eq=False)
 class Release:
     """A Release is an FMU that is about to be written, with its documents for people.
@@ -81,7 +85,9 @@ class App:
         problems: returns faults in files of the FMU; the FMU is not run.
         repeat: repeats a run that the FMU carries; None without one.
         section: returns HTML that ends the report of an FMU.
-        services: functions that other apps may ask for by name.
+        example_run: returns parameters and CSV files of the run that an FMU carries; None without
+            one.
+        moves: returns the moves of an FMU for the task in a file, as plain values.
     """
 
     subcommands: Mapping[str, str] = field(default_factory=dict)
@@ -94,7 +100,8 @@ class App:
     problems: Callable[[Path, Surrogate, Provenance | None], list[str]] | None = None
     repeat: Callable[[Path, Surrogate], RepeatedRun | None] | None = None
     section: Callable[[Path], str] | None = None
-    services: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    example_run: Callable[[Path], ExampleFiles | None] | None = None
+    moves: Callable[[Path, Path], Mapping[str, Any]] | None = None
 
 
 def apps() -> Mapping[str, App]:
@@ -152,12 +159,16 @@ def subcommands_of_apps(
     return subcommands, left_out
 
 
-def service(name: str) -> Callable[..., Any] | None:
-    """Return a function that some app offers to others; None if no installed app does."""
-    for app in apps().values():
-        if name in app.services:
-            return app.services[name]
-    return None
+def example_run(fmu: Path) -> ExampleFiles | None:
+    """Return the run that an FMU carries; None without one, or if no installed app reads it."""
+    read = next((app.example_run for app in apps().values() if app.example_run is not None), None)
+    return None if read is None else read(fmu)
+
+
+def moves_of_task(fmu: Path, task: Path) -> Mapping[str, Any] | None:
+    """Return the moves of an FMU for the task in a file; None if no installed app chooses any."""
+    choose = next((app.moves for app in apps().values() if app.moves is not None), None)
+    return None if choose is None else choose(fmu, task)
 
 
 def check_app_tables(recipe: Recipe) -> None:

@@ -62,5 +62,5 @@ APP = App(
     members=_members,
     problems=_problems,
     repeat=_repeat,
-    services={"example run": _example_run},
+    example_run=_example_run,
 )

@@ -20,5 +20,5 @@ def _moves(fmu: Path, task: Path) -> Any:
 APP = App(
     subcommands={"motion": "slide_fmu.apps.motion.command"},
     check_table=check_table,
-    services={"moves of a task": _moves},
+    moves=_moves,
 )

@@ -9,10 +9,6 @@ import typer
 
 from slide_fmu.cli.console import console, errors
 
-MOVES = "moves of a task"
-"""Name of a service of another app: it takes an FMU and a task, and returns the moves as plain
-values (``write_page``)."""
-
 
 def page(
     *,
@@ -65,12 +61,12 @@ def page(
 
 def _moves_of(fmu: Path, motion: Path) -> Any:
     """Return the moves of a task in plain values, from the app that chooses moves."""
-    from slide_fmu.pipeline.apps import service
+    from slide_fmu.pipeline.apps import moves_of_task
 
-    choose = service(MOVES)
-    if choose is None:
+    moves = moves_of_task(fmu, motion)
+    if moves is None:
         raise ValueError(
             f"--motion {motion}: no installed app chooses moves; expected the app motion of "
             "slide-fmu: install it, or leave the option out"
         )
-    return choose(fmu, motion)
+    return moves

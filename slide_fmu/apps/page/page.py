@@ -18,17 +18,12 @@ from slide_fmu.core.web.packing import packed, scripts, styles
 from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.fmu.libraries.build import PAGE_LIBRARY
 from slide_fmu.fmu.libraries.platforms import compiled
-from slide_fmu.pipeline.apps import service
+from slide_fmu.pipeline.apps import example_run
 from slide_fmu.surrogate.surrogate import Surrogate
 
 WEB = Path(__file__).parent / "web"
 
 Look = Literal["page", "front"]
-
-EXAMPLE_RUN = "example run"
-"""Name of a service of another app: it takes an FMU and returns None, or the physical parameters
-of a run that the FMU carries and its CSV files ``inputs``, ``results`` and ``reference`` by
-name."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +68,9 @@ def write_page(
         drawing: ``"package.module:function"`` that describes the machine's drawing
             (``slide_fmu/apps/page/drawing.py``); if None, the description that the FMU carries, if
             any.
-        moves: two moves that it plays next to each other, from the service ``MOVES``
-            (``slide_fmu.apps.page.command``); physical parameters then start at the moves' values.
-            No moves if None.
+        moves: two moves that it plays next to each other, from
+            ``slide_fmu.pipeline.apps.moves_of_task``; physical parameters then start at the moves'
+            values. No moves if None.
 
     Raises:
         DrawingError: the drawing is not usable.
@@ -103,8 +98,7 @@ def page_of(
     With the look "front" it is made for embedding in another page, with the machine in front.
     """
     surrogate, provenance = read_fmu(fmu)
-    carried = service(EXAMPLE_RUN)
-    run = None if carried is None else carried(fmu)
+    run = example_run(fmu)
     files: dict[str, bytes] = {}
     facts, trajectory = page_facts(surrogate, provenance), None
     if drawing is None:

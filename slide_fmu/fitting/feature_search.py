@@ -148,7 +148,7 @@ def search_features(
         error=error,
         dearer=lambda index: [index + 1] if index + 1 < len(tables) else [],
         worth=WORTHWHILE,
-        named=lambda index: described(tables[index]),
+        named=lambda index: f"'{described(tables[index])}'",
         ahead=lambda index: len(tables),  # a choice says nothing about richer ones: all are tried
     )
     climb = ladder.climb(0)

@@ -17,7 +17,7 @@ from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.fitting import feature_search
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.feature_search import STAGE, Trials, choices, search_features
-from slide_fmu.fitting.history import History
+from slide_fmu.fitting.history import History, explanations_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.plants import ARM, STEP
@@ -167,6 +167,8 @@ def test_later_choice_must_be_worth_it(
     assert taken.drive == drive
     finite = [error for error in errors if np.isfinite(error)]
     assert [history.validation_error for history in histories.values()] == [(e,) for e in finite]
+    (explanation,) = explanations_of(histories)
+    assert explanation.startswith(f"'drive {', '.join(drive)}': error ")
 
 
 def test_search_without_a_finite_error_names_the_remedy(

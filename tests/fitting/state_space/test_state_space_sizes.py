@@ -40,6 +40,7 @@ def test_sizes_are_chosen(tmp_path: Path, eigenvalues: Any, cubic: float) -> Non
     cell = found.network.cell
     if cubic == 0:
         assert (len(cell.a), len(cell.w)) == (2, 0)
+        assert found.history.explanations[-1].startswith("2 states with 0 hidden units: error ")
         assert found.error < FORGOTTEN
     else:
         assert len(cell.a) >= 2 + StateSpaceRecipe().padding

@@ -40,7 +40,7 @@ number. It is at least two to the negative power."""
 NO_BOUND = 2.0**MOST_EXPONENT
 """The factor for a confidence with too few trajectories for calibration: its bound is infinite."""
 
-MOST_FAR = 6.0
+MOST_GROWTH = 6.0
 """Outside of the domain, the share of the disagreement that a bound is at least grows with the
 novelty, up to so many times."""
 
@@ -297,7 +297,7 @@ class ErrorBound:
 
         They are the scales times the factors, with floors (``floored``). Outside of the domain,
         where the head extrapolates, the share of the disagreement grows with the novelty, up to
-        ``MOST_FAR`` times.
+        ``MOST_GROWTH`` times.
 
         Raises:
             ValueError: as for ``factors_at``.
@@ -305,7 +305,7 @@ class ErrorBound:
         bounds = self.factors_at(confidence) * local.scales
         largest = local_scales(np.full(bounds.shape, MOST_EXPONENT))
         known = np.where(np.isfinite(local.disagreement), local.disagreement, largest)
-        far = np.clip(local.novelty, 1.0, MOST_FAR)[:, None]
+        far = np.clip(local.novelty, 1.0, MOST_GROWTH)[:, None]
         return floored(bounds, self.floors, far * self.shares * known)
 
 

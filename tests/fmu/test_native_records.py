@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.native import NativeError, NativeSurrogate, kernels
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import SEEN, CellShape, Shape, random_surrogate
+from tests.fmu.test_native import assert_same
 from tests.refusals import refused
 from tests.strategies import all_shapes
 
@@ -45,12 +45,6 @@ def one_state(surrogate: Surrogate, records: FloatArray) -> FloatArray:
     held = np.pad(scaled, ((0, 0), (lead, 0), (0, 0)), mode="edge")
     values, _ = network.run(network.features.along(held))
     return surrogate.output_scaling.invert(values[:, lead:].astype(np.float64))
-
-
-def assert_same(found: FloatArray, expected: FloatArray, surrogate: Surrogate) -> None:
-    allowed = [OUTPUT_TOLERANCE * (signal.high - signal.low) for signal in surrogate.outputs]
-    assert found.shape == expected.shape
-    assert np.all(np.abs(found - expected) <= allowed)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)

@@ -152,10 +152,10 @@ def runtime_files(suffix: str = "", folders: tuple[str, ...] = LIBRARY_FOLDERS) 
         suffix: ``.c`` or ``.h``; both if empty.
         folders: below ``runtime``.
     """
-    found = [
+    files = [
         path for folder in folders for path in (RUNTIME / folder).glob(f"*{suffix or '.[ch]'}")
     ]
-    return sorted(found, key=lambda path: path.name)
+    return sorted(files, key=lambda path: path.name)
 
 
 def include_flags() -> list[str]:

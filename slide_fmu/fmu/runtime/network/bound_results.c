@@ -4,13 +4,13 @@
 #include <math.h>
 #include <string.h>
 
-static const double MOST_EXPONENT = 60;  /* of the head, to base 2; so is what is no number */
-static const double MOST_NOVELTY = 1e9;  /* so is what is no number */
-static const double SMALLEST = 1e-30;    /* smaller squares count as it in logarithms */
+static const double MOST_EXPONENT = 60;  /* of the head, to base 2; NaN counts as this */
+static const double MOST_NOVELTY = 1e9;  /* NaN counts as this */
+static const double SMALLEST = 1e-30;    /* smaller squares count as this in logarithms */
 
 /* Outside of the domain the head extrapolates: the share of the disagreement that a bound is at least
  * grows with the novelty, up to so many times. */
-static const double MOST_FAR = 6;
+static const double MOST_GROWTH = 6;
 
 /* Of the root mean square of what forecasts of the inputs change in an output, for each confidence:
  * those of a normal distribution, and a little more since few forecasts make the mean. */
@@ -51,7 +51,7 @@ static void form_means(const SlideBound *bound, const SlideBoundState *state) {
     slide_blocks_means(&bound->of_seen, &state->of_seen, bound->means + 2 * n_outputs);
 }
 
-/* Far below what its training had, the head would extrapolate. What is no number stays. */
+/* Far below what its training had, the head would extrapolate. NaN stays. */
 static void limit_logarithms(double *logarithms, const double *quietest, size_t count) {
     for (size_t i = 0; i < count; ++i) {
         logarithms[i] = logarithms[i] < quietest[i] ? quietest[i] : logarithms[i];
@@ -128,7 +128,7 @@ double slide_bound_of(const SlideBound *bound, const SlideBoundState *state, siz
     const double scaled = bound->factors[row * bound->n_outputs + output] * state->scales[output];
     const double least = bound->floors[output];
     const double value = sqrt(scaled * scaled + least * least);
-    const double far = *state->novelty < 1 ? 1 : *state->novelty < MOST_FAR ? *state->novelty : MOST_FAR;
+    const double far = *state->novelty < 1 ? 1 : *state->novelty < MOST_GROWTH ? *state->novelty : MOST_GROWTH;
     const double apart = far * bound->shares[output] * state->apart[output];
     const double known = apart > value ? apart : value;
     const double ahead = FORECAST_FACTORS[row] * FORECAST_FACTORS[row] * forecast;

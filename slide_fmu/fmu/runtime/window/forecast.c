@@ -281,6 +281,11 @@ static bool is_smooth(size_t n, double before, const double *held, const double 
     return *rest < FAR_BETTER * of_held && of_kinks <= MOST_AT_KINK * of_kept;
 }
 
+/* How the value of a held input at a point, by the point's number, differs from that before it. */
+static double change_at(const double *values, uint64_t point) {
+    return values[point % SLIDE_LOOKED] - values[(point - 1) % SLIDE_LOOKED];
+}
+
 /* The index of the choice that is taken. */
 static size_t best_of(const SlideForecast *forecast, const SlideForecastState *state,
                       size_t input) {
@@ -301,10 +306,7 @@ static size_t best_of(const SlideForecast *forecast, const SlideForecastState *s
     for (size_t i = 1; best == 0 && forecast->least_changes > 0 && i + 1 < n; ++i) {
         const double *values = state->values + input * SLIDE_LOOKED;
         const uint64_t first = *state->scored + SLIDE_LOOKED - n_scored;
-        const double before =
-            *state->scored > n_scored
-                ? values[first % SLIDE_LOOKED] - values[(first - 1) % SLIDE_LOOKED]
-                : 0;
+        const double before = *state->scored > n_scored ? change_at(values, first) : 0;
         double rest;
         if (is_smooth(n_scored, before, errors, errors + i * n_scored, &rest) && rest < least_rest) {
             least_rest = rest;
@@ -374,7 +376,7 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
     const double *values = state->values + input * SLIDE_LOOKED;
     uint64_t count = 0;
     for (uint64_t place = *state->scored + SLIDE_LOOKED;
-         count + 1 < SLIDE_LOOKED && values[place % SLIDE_LOOKED] != values[(place - 1) % SLIDE_LOOKED];
+         count + 1 < SLIDE_LOOKED && change_at(values, place) != 0;
          --place) {
         count += 1;
     }
@@ -384,8 +386,7 @@ uint64_t slide_forecast_n_changes(const SlideForecastState *state, size_t input)
 bool slide_forecast_begins(const SlideForecastState *state, size_t input, uint64_t n_changes) {
     const double *values = state->values + input * SLIDE_LOOKED;
     const uint64_t first = *state->scored + SLIDE_LOOKED - n_changes + 1;
-    const double begin = values[(first - 1) % SLIDE_LOOKED], end = values[first % SLIDE_LOOKED];
-    const double change = end - begin, next = values[(first + 1) % SLIDE_LOOKED] - end;
+    const double change = change_at(values, first), next = change_at(values, first + 1);
     return n_changes > 1 && change * next > 0 && fabs(change) <= MOST_AT_FIRST * fabs(next);
 }
 
@@ -405,8 +406,7 @@ static bool goes_on(const double *values, uint64_t newest) {
     size_t n_changes = 0, n_last = 0;
     double last = 0, largest = 0;
     for (uint64_t i = 0; i < N_SCORED_OF_HELD; ++i) {
-        const double change =
-            values[(newest - i) % SLIDE_LOOKED] - values[(newest - i - 1) % SLIDE_LOOKED];
+        const double change = change_at(values, newest - i);
         n_changes += change != 0;
         n_last += change != 0 && i < 2;
         last = i == 0 ? change : last;
@@ -434,7 +434,7 @@ bool slide_forecast_hides(const SlideForecast *forecast, const SlideForecastStat
 static bool leads_on(const double *values, uint64_t newest, uint64_t n_changes, double least) {
     double sum = 0, square = 0, largest = 0;
     for (uint64_t i = 0; i < n_changes; ++i) {
-        const double change = values[(newest - i) % SLIDE_LOOKED] - values[(newest - i - 1) % SLIDE_LOOKED];
+        const double change = change_at(values, newest - i);
         sum += change;
         square += change * change;
         largest = fabs(change) > fabs(largest) ? change : largest;

@@ -17,7 +17,7 @@ SLACK = 1e-6
 """Relative rounding error of distances in time, in steps."""
 
 
-def refined(
+def refine(
     times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
     """Divide distances longer than a step into equal parts, and interpolate the inputs there.
@@ -61,7 +61,7 @@ def interpolated(
     at: FloatArray,
     curved: bool,
 ) -> FloatArray:
-    """Interpolate inputs at any times: along straight lines, or as ``refined`` where ``curved``.
+    """Interpolate inputs at any times: along straight lines, or as ``refine`` where ``curved``.
 
     An angle turns evenly, or as the curve does, and its length is a straight line. Before the
     first and after the last time the inputs are constant.
@@ -89,7 +89,7 @@ def interpolated(
     return np.stack(columns, axis=1)
 
 
-def evened(
+def even_out(
     times: FloatArray, values: FloatArray, cosines: tuple[int, ...], step: float
 ) -> FloatArray:
     """Move values of smooth inputs so that straight lines through them have the mean of the curve.

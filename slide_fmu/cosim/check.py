@@ -144,9 +144,9 @@ def _compare_description(
 ) -> list[str]:
     problems = []
     guid = guid_of(read_member(path, SURROGATE) or b"")
-    found_guid = description.guid if fmi == 2 else description.instantiationToken
-    if found_guid != guid:
-        problems.append(f"GUID {found_guid}; expected {guid}, derived from {SURROGATE}")
+    given_guid = description.guid if fmi == 2 else description.instantiationToken
+    if given_guid != guid:
+        problems.append(f"GUID {given_guid}; expected {guid}, derived from {SURROGATE}")
     if description.coSimulation is None:
         return [*problems, "no co-simulation interface; expected one"]
     if description.coSimulation.modelIdentifier != surrogate.name:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, cosines_of
-from slide_fmu.cosim.between import evened, refined
+from slide_fmu.cosim.between import even_out, refine
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BY_KEY,
@@ -74,9 +74,9 @@ def simulate(
         times, values = _checked(t, u, inputs)
         run = _Simulation(files, inputs, outputs, parameters or {})
         if meaning.first_order:
-            own, rows, places = refined(times, values, meaning.cosines, files.step)
+            own, rows, places = refine(times, values, meaning.cosines, files.step)
             lines = meaning.straight
-            kept = evened(own, rows, meaning.cosines, files.step) if lines else rows
+            kept = even_out(own, rows, meaning.cosines, files.step) if lines else rows
             return run.moving(own, rows, kept)[places]
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slide_fmu.cosim.between import evened, refined
+from slide_fmu.cosim.between import even_out, refine
 
 STEP = 0.1
 
@@ -14,7 +14,7 @@ STEP = 0.1
 def test_long_distances_are_divided_and_smooth_inputs_are_curves(distance: float) -> None:
     times = 5.0 + distance * STEP * np.arange(40)
     frequency = 1.2 / (distance * STEP)
-    own, found, places = refined(times, np.sin(frequency * times)[:, None], (), STEP)
+    own, found, places = refine(times, np.sin(frequency * times)[:, None], (), STEP)
     assert np.diff(own).max() <= STEP * (1 + 1e-9)
     assert len(own) == 1 + 39 * np.ceil(distance)
     np.testing.assert_array_equal(own[places], times)
@@ -26,7 +26,7 @@ def test_long_distances_are_divided_and_smooth_inputs_are_curves(distance: float
 
 def test_short_distances_are_left_as_they_are() -> None:
     times, values = np.array([0.0, 0.1, 0.15, 0.25]), np.arange(8.0).reshape(4, 2)
-    own, found, places = refined(times, values, (), STEP)
+    own, found, places = refine(times, values, (), STEP)
     assert own is times
     assert found is values
     assert places.tolist() == [0, 1, 2, 3]
@@ -41,7 +41,7 @@ def test_inputs_that_are_not_smooth_are_straight_lines(what: str) -> None:
         "few": np.array([0.0, 1.0, 4.0, 9.0]),
     }[what]
     times = 2 * STEP * np.arange(len(values))
-    own, found, _ = refined(times, values[:, None], (), STEP)
+    own, found, _ = refine(times, values[:, None], (), STEP)
     np.testing.assert_allclose(found[:, 0], np.interp(own, times, values), atol=1e-12)
 
 
@@ -49,7 +49,7 @@ def test_each_part_of_a_record_is_taken_for_what_it_is() -> None:
     times = 2 * STEP * np.arange(80)
     values = np.where(np.arange(80) < 40, np.sin(3 * times), 0)
     values[50:] += np.cumsum(np.random.default_rng(2).normal(size=30))
-    own, found, _ = refined(times, values[:, None], (), STEP)
+    own, found, _ = refine(times, values[:, None], (), STEP)
     smooth, rough = (own > 1) & (own < 7), own > 11
     assert np.abs(found[smooth, 0] - np.sin(3 * own[smooth])).max() < 5e-3
     np.testing.assert_allclose(found[rough, 0], np.interp(own[rough], times, values), atol=1e-12)
@@ -62,7 +62,7 @@ def test_angles_turn_and_their_length_is_a_straight_line() -> None:
         angle, length = 9 * np.sin(1.5 * at), 1 + 0.1 * at
         return np.stack([np.ones_like(at), length * np.cos(angle), length * np.sin(angle)], 1)
 
-    own, found, _ = refined(times, director(times), (1,), STEP)
+    own, found, _ = refine(times, director(times), (1,), STEP)
     inner = slice(2, -2)
     np.testing.assert_allclose(found[inner], director(own)[inner], atol=0.1)
     np.testing.assert_allclose(np.hypot(found[:, 1], found[:, 2]), 1 + 0.1 * own)
@@ -72,7 +72,7 @@ def test_angles_turn_and_their_length_is_a_straight_line() -> None:
 def test_straight_lines_between_evened_values_have_the_mean_of_the_curve(distance: float) -> None:
     times = np.arange(0.0, 4.0, distance * STEP)
     wave = np.sin(2 * times)
-    found = evened(times, wave[:, None], (), STEP)[:, 0]
+    found = even_out(times, wave[:, None], (), STEP)[:, 0]
     # the mean of straight lines a step long between samples of sin(w t) is that of a smaller sine
     smaller = wave * (1 + (2 * STEP) ** 2 / 12)
     inner = slice(2, -2)
@@ -82,7 +82,7 @@ def test_straight_lines_between_evened_values_have_the_mean_of_the_curve(distanc
 
 def test_evened_lines_have_the_integral_of_the_curve() -> None:
     times = STEP * np.arange(60)
-    found = evened(times, np.exp(-times)[:, None], (), STEP)[:, 0]
+    found = even_out(times, np.exp(-times)[:, None], (), STEP)[:, 0]
     begin, end = 10, 40
     true = np.exp(-times[begin]) - np.exp(-times[end])
     by_lines = np.trapezoid(np.exp(-times[begin : end + 1]), times[begin : end + 1])
@@ -99,7 +99,7 @@ def test_values_that_are_not_smooth_are_not_evened(what: str) -> None:
         "few": np.array([0.0, 1.0]),
     }[what]
     times = STEP * np.arange(len(values))
-    found = evened(times, values[:, None], (), STEP)[:, 0]
+    found = even_out(times, values[:, None], (), STEP)[:, 0]
     np.testing.assert_allclose(found, values, atol=1e-12)
 
 
@@ -107,7 +107,7 @@ def test_of_an_angle_the_turn_is_evened() -> None:
     times = STEP * np.arange(40)
     angle = np.sin(3 * times)
     director = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    found = evened(times, director, (0,), STEP)
+    found = even_out(times, director, (0,), STEP)
     turned = np.arctan2(found[:, 1], found[:, 0])
     np.testing.assert_allclose(np.hypot(*found.T), 1.0, atol=1e-12)
-    np.testing.assert_allclose(turned, evened(times, angle[:, None], (), STEP)[:, 0], atol=1e-12)
+    np.testing.assert_allclose(turned, even_out(times, angle[:, None], (), STEP)[:, 0], atol=1e-12)

@@ -11,7 +11,7 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.cosim.between import evened, refined
+from slide_fmu.cosim.between import even_out, refine
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import n_phases
@@ -58,8 +58,8 @@ def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatAr
     inputs are no planned motions. Both have their oracles in tests/cosim/test_between.py.
     """
     cosines = (0,) if surrogate.inputs[0].angle == "cosine" else ()
-    t, u, places = refined(t, u, cosines, STEP)
-    kept = u if surrogate.planned else evened(t, u, cosines, STEP)
+    t, u, places = refine(t, u, cosines, STEP)
+    kept = u if surrogate.planned else even_out(t, u, cosines, STEP)
     always = Resampling(surrogate)
     always.append(STEP, u[0])
     found, lengths = [always.results()[0]], np.diff(t)
@@ -87,7 +87,7 @@ def test_moving_inputs_give_outputs_at_the_times_whatever_their_distances(
     t = 3.0 + STEP * np.concatenate([[0.0], np.cumsum((steps * 30)[:30])])
     u = moving_inputs(surrogate, 31)
     found = slide.simulate(exported(surrogate, tmp_path, fmi), t, u)
-    lengths = np.diff(refined(t, u, (), STEP)[0]) / STEP
+    lengths = np.diff(refine(t, u, (), STEP)[0]) / STEP
     between = shape.cell is not None and any(n_phases(length) == 0 for length in lengths)
     allowed = BETWEEN if between else TOLERANCE
     np.testing.assert_allclose(found, plain_outputs(surrogate, t, u), rtol=0, atol=allowed)

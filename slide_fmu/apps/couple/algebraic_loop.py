@@ -18,7 +18,9 @@ Exchange = Callable[[FloatArray], FloatArray]
 """Sets linked inputs, (n_links,), and returns the values that their sources then have."""
 
 
-def agreed(exchange: Exchange, values: FloatArray, sweeps: int) -> tuple[FloatArray, FloatArray]:
+def agreeing_values(
+    exchange: Exchange, values: FloatArray, sweeps: int
+) -> tuple[FloatArray, FloatArray]:
     """Return linked inputs that their sources give back, and what is left, (n_links,) each.
 
     A chain of components agrees after one sweep for each of them. In a circle, sweeps may take

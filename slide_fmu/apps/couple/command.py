@@ -125,10 +125,10 @@ def couple(
         courses = {} if inputs is None else ssp.with_components(read_inputs(inputs))
         try:
             checked = coupled_system(ssp.fmus, ssp.connections, values, courses)
-        except FmuError as found_wrong:  # users know the place in the SSP
-            raise FmuError(str(found_wrong).replace(unpacked, str(system))) from None
-        except ValueError as found_wrong:
-            raise ValueError(f"{system}: {found_wrong}") from None
+        except FmuError as refusal:  # users know the place in the SSP
+            raise FmuError(str(refusal).replace(unpacked, str(system))) from None
+        except ValueError as refusal:
+            raise ValueError(f"{system}: {refusal}") from None
         require_units(checked, ssp.units)
         end = stop if stop is not None else ssp.stop
         if end is None:

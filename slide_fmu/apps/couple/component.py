@@ -282,7 +282,7 @@ def instance_of(system: CoupledSystem, name: str) -> Iterator[Instance]:
         yield instance
 
 
-def opened(
+def open_component(
     system: CoupledSystem,
     name: str,
     instance: Instance,

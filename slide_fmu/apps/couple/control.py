@@ -162,11 +162,11 @@ def zigzag(loop: Loop, method: Method, inputs: Sequence[FloatArray]) -> str:
     zigzags = [name for name, one in zip(names, grew, strict=True) if one]
     if not zigzags:
         return ""
-    found_in = f"a zigzag: {' and '.join(zigzags)} went to and fro from step to step, and grew"
+    description = f"a zigzag: {' and '.join(zigzags)} went to and fro from step to step, and grew"
     if isinstance(method, Explicit):
-        return f"{found_in}; expected a smooth course: take shorter steps or an implicit method"
+        return f"{description}; expected a smooth course: take shorter steps or an implicit method"
     return (
-        f"{found_in}, as where the force of a damper moves on a light mass within a step; "
+        f"{description}, as where the force of a damper moves on a light mass within a step; "
         'expected a smooth course: hold that force (hold = "zero_order" of the input in the model '
         "that takes it), or take shorter steps"
     )
@@ -224,7 +224,7 @@ def _with_error(
 
 
 def _accept(loop: Loop, method: Method, solution: Solution, when: tuple[float, float]) -> Solution:
-    """Go on to the end of a step that was found, and return it; its time and length are in s."""
+    """Go on to the end of a solved step, and return it; its time and length are in s."""
     time, length = when
     end, before = time + length if method.settles else None, loop.values(loop.outputs)
     loop.accept(solution.stepped, solution.inputs, solution.given, length, end)

@@ -16,10 +16,10 @@ from slide_fmu.apps.couple.component import (
     instance_of,
     is_ours,
     is_trained,
-    opened,
+    open_component,
 )
 from slide_fmu.apps.couple.control import MOST_HALVINGS, AcceptedSteps, Control, run_steps
-from slide_fmu.apps.couple.initialization import initialized
+from slide_fmu.apps.couple.initialization import initialize
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
@@ -115,8 +115,8 @@ def run_coupled(
             inputs: Inputs = "reached" if moving else inputs_of(system, name, plain)
             instance = stack.enter_context(instance_of(system, name))
             read = _sources(system, name), _watched(system, name, recorded)
-            components.append(opened(system, name, instance, inputs, read))
-        loop, remarks = initialized(system, components, options)
+            components.append(open_component(system, name, instance, inputs, read))
+        loop, remarks = initialize(system, components, options)
         began = clock.perf_counter()
         method = _method(options)
         most, limit = min(_halvings(system, options))

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.component import Component, instance_of, opened, range_of
+from slide_fmu.apps.couple.component import Component, instance_of, open_component, range_of
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.errors import CoSimulationError, LostError
@@ -230,7 +230,7 @@ def _soon_and_late(
     lengths = (far, near) if one.own_step is None else (one.own_step,) * 2
     time, outputs = 0.0, []
     with instance_of(system, one.name) as instance:
-        copy = opened(system, one.name, instance, one.inputs, (one.outputs, ()))
+        copy = open_component(system, one.name, instance, one.inputs, (one.outputs, ()))
         copy.set_linked(values, 0.0)
         copy.begin()
         for length in lengths:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.apps.couple.algebraic_loop import agreed
+from slide_fmu.apps.couple.algebraic_loop import agreeing_values
 from slide_fmu.apps.couple.component import Component, StepOutputs
 from slide_fmu.core.signals import FloatArray
 
@@ -118,7 +118,7 @@ class Loop:
             return outputs[self.sources]
 
         values = outputs[self.sources]
-        _, left = agreed(exchanged, values, len(self._following) + 1)
+        _, left = agreeing_values(exchanged, values, len(self._following) + 1)
         if np.all(left <= SMALL * np.maximum(self.sizes, np.abs(values))):
             self.outputs = outputs
 

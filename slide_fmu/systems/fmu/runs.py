@@ -35,7 +35,7 @@ class Runs:
         self._make = make
         self._steps: FmuSteps | None = None
         self._resets: bool | None = None  # whether a reset instance is as a fresh one
-        self._seen: list[tuple[FloatArray, FloatArray, FloatArray]] = []  # of the first run
+        self._first_run: list[tuple[FloatArray, FloatArray, FloatArray]] = []  # of the first run
         self._last, self._number = np.empty(0), 0
 
     @property
@@ -71,7 +71,7 @@ class Runs:
         self._steps = self._make()
         self._guarded(0.0, held, lambda: self._initialize(held))
         if self._resets is None:
-            self._seen = [(held, held, self._read(0.0, held))]
+            self._first_run = [(held, held, self._read(0.0, held))]
 
     def output(self) -> FloatArray:
         """Give the outputs at the current sample in their units, shape (n_outputs,).
@@ -93,8 +93,8 @@ class Runs:
         self._guarded(begin, inputs, lambda: steps.advance(number, before, inputs), hint)
         self._number, self._last = number + 1, inputs
         outputs = self._read(begin + steps.plan.step, inputs)
-        if self._resets is None and 0 < len(self._seen) <= COMPARED[0]:
-            self._seen.append((before, inputs, outputs))
+        if self._resets is None and 0 < len(self._first_run) <= COMPARED[0]:
+            self._first_run.append((before, inputs, outputs))
         return outputs
 
     def jump(self, inputs: FloatArray) -> None:
@@ -103,7 +103,7 @@ class Runs:
 
     def forget(self) -> None:
         """Take this run for no measure of a reset, since it left the FMU's own start."""
-        self._seen = []
+        self._first_run = []
 
     def _initialize(self, held: FloatArray) -> None:
         self.steps.initialize(held)
@@ -121,17 +121,19 @@ class Runs:
 
     def _replays(self) -> bool:
         """Find out whether the instance, once reset, gives its first run again."""
-        seen, self._seen = self._seen, []
-        if len(seen) <= COMPARED[1]:
+        first_run, self._first_run = self._first_run, []
+        if len(first_run) <= COMPARED[1]:
             return False
         self._resets = True
         with suppress(SimulationError):
-            if self._reset(seen[0][0]):
+            if self._reset(first_run[0][0]):
                 again = [self.output()]
-                for before, row, _ in seen[1:]:
+                for before, row, _ in first_run[1:]:
                     self._last = before
                     again.append(self.advance(row))
-                return all(np.array_equal(a, b) for a, (*_, b) in zip(again, seen, strict=True))
+                return all(
+                    np.array_equal(a, b) for a, (*_, b) in zip(again, first_run, strict=True)
+                )
         return False
 
     def _read(self, time: float, inputs: FloatArray) -> FloatArray:

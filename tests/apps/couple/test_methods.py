@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import slide_fmu as slide
-from slide_fmu.apps.couple.component import instance_of, opened
-from slide_fmu.apps.couple.initialization import initialized
+from slide_fmu.apps.couple.component import instance_of, open_component
+from slide_fmu.apps.couple.initialization import initialize
 from slide_fmu.apps.couple.options import CouplingOptions
 from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.couple.structure import coupled_system
@@ -125,8 +125,8 @@ def test_sizes_of_a_rejected_step_do_not_stay(halves: dict[str, Path]) -> None:
         components = []
         for name, taken, read in (("lower", "reached", "force"), ("upper", "held", "position")):
             instance = stack.enter_context(instance_of(system, name))
-            components.append(opened(system, name, instance, taken, ([read], [])))
-        loop, _ = initialized(system, components, options)
+            components.append(open_component(system, name, instance, taken, ([read], [])))
+        loop, _ = initialize(system, components, options)
         loop.sizes = np.array([1.0, 0.0])
         mark = loop.mark()
         loop.accept(loop.empty(), np.array([1e6, 1e6]), np.zeros(2), 0.04)

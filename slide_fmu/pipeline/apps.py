@@ -237,22 +237,14 @@ def all_members(release: Release) -> dict[str, bytes]:
 
 
 def app_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None) -> Iterator[str]:
-    """Return the problems of files that apps have put into an FMU.
-
-    Raises:
-        FmuError: a member cannot be read.
-    """
+    """Return the problems of files that apps have put into an FMU."""
     for app in apps().values():
         if app.problems is not None:
             yield from app.problems(fmu, surrogate, provenance)
 
 
 def repeated(fmu: Path, surrogate: Surrogate) -> dict[str, RepeatedRun]:
-    """Repeat the runs that an FMU carries, by the names of the apps.
-
-    Raises:
-        CoSimulationError: the FMU cannot be run.
-    """
+    """Repeat the runs that an FMU carries, by the names of the apps."""
     runs = {n: app.repeat(fmu, surrogate) for n, app in apps().items() if app.repeat is not None}
     return {name: run for name, run in runs.items() if run is not None}
 

@@ -45,10 +45,6 @@ def card_problems(fmu: Path, surrogate: Surrogate, provenance: Provenance | None
     Returns:
         The problems, each one sentence with its remedy. An FMU without provenance
         or without a card has none.
-
-    Raises:
-        FmuError: a member cannot be read.
-        OSError: the file cannot be read.
     """
 
     content = read_member(fmu, CARD)
@@ -82,9 +78,6 @@ def compared_with_provenance(
         provenance: its origin; None, and nothing is compared, if unknown.
         compare: takes the recipe and gives the problems; if it fails, the provenance counts as
             damaged.
-
-    Raises:
-        FmuError: a member cannot be read.
     """
     if provenance is None:
         return []

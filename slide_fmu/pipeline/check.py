@@ -120,11 +120,7 @@ def _check_contents(
 
 
 def checked_parts(fmu: Path, surrogate: Surrogate, run: bool, by_us: bool) -> tuple[str, ...]:
-    """Say what was checked of an FMU without problems; ``by_us``: this version wrote its card.
-
-    Raises:
-        FmuError, OSError: the file cannot be read.
-    """
+    """Say what was checked of an FMU without problems; ``by_us``: this version wrote its card."""
     with open_archive(fmu) as archive:
         names = [name for name in archive.namelist() if not name.endswith("/")]
     fmi = fmi_version(fmu)

@@ -128,11 +128,7 @@ def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
 
 
 def _is_of(fmu: Path, surrogate: Surrogate, origin: Provenance) -> bool:
-    """Tell whether an FMU holds this surrogate with the same provenance.
-
-    Raises:
-        FmuError: the file is damaged, or is not an FMU.
-    """
+    """Tell whether an FMU holds this surrogate with the same provenance."""
     other, provenance = read_fmu(fmu)
     same = {key: value for key, value in (provenance or {}).items() if key in origin} == origin
     return same and other.to_bytes() == surrogate.to_bytes()

@@ -131,10 +131,6 @@ def job_of_text(
 
     The seeds of training and data are the recipe's where they are None. A recipe about an object
     of this session uses the given system.
-
-    Raises:
-        DamagedFileError, RecipeError, StageError, LoadError, ShortWindowError, SimulationError,
-            ValueError: as in ``open_job``.
     """
     read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
     folder = RunFolder(runs / read.guess.name)
@@ -163,11 +159,7 @@ def job_of_text(
 
 
 def with_values(job: Job, values: FoundValues) -> Job:
-    """Return a job with values for open keys of its recipe.
-
-    Raises:
-        RecipeError: the values do not fit the recipe.
-    """
+    """Return a job with values for open keys of its recipe."""
     complete = job.open_recipe.with_found(values, f"recipe {job.recipe.name!r}")
     tables = {**job.resolved, **values}
     resolved = {name: {**job.resolved.get(name, {}), **values.get(name, {})} for name in tables}
@@ -179,9 +171,6 @@ def checked(job: Job) -> Job:
     """Return a job whose recipe was checked with its systems; this is done once.
 
     The job tells which inputs of the training are clipped.
-
-    Raises:
-        LoadError, RecipeError, ContractError, SimulationError: as in ``check_case``.
     """
     if not job.is_checked:
         check_case(job.case)

@@ -155,9 +155,6 @@ def validation_report(
         fmu: the FMU that was validated.
         case: the case by which it was.
         bar: opens the progress of a stage.
-
-    Raises:
-        CoSimulationError: the FMU reports an error.
     """
     usual = _usual_level(read_fmu(fmu)[1])
     if usual is None and validation.in_range:

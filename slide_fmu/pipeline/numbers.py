@@ -71,10 +71,6 @@ def find_numbers(
     """Return the open numbers of trajectories of a recipe; unknown ones are found.
 
     The workplace makes the trajectories of a recipe in the folder ``recipe_folder``.
-
-    Raises:
-        LoadError, RecipeError: the recipe's systems cannot be made.
-        TrainingError: the checkpoint of the curve cannot be read.
     """
     known = known_numbers(case, open_keys, folder)
     if known is not None:
@@ -88,11 +84,7 @@ def find_numbers(
 
 
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
-    """Return the open numbers of a recipe; None if its curve has not ended yet.
-
-    Raises:
-        RecipeError: too few samples to learn from.
-    """
+    """Return the open numbers of a recipe; None if its curve has not ended yet."""
     if not any(key in open_keys for key in (*NUMBERS, *BOUND_NUMBERS)):
         return {}
     return found_numbers(case.source, case, open_keys, folder)
@@ -183,11 +175,7 @@ def _needs_cost(open_keys: Collection[str]) -> bool:
 
 
 def kept_cost(case: Case, folder: RunFolder) -> float | None:
-    """Return the time in s that a trajectory of a recipe takes, if it was measured.
-
-    Raises:
-        DamagedFileError: the file that holds it is damaged.
-    """
+    """Return the time in s that a trajectory of a recipe takes, if it was measured."""
     return _file(case, folder, COST).read_json(float) if _any_kept(folder, COST) else None
 
 
@@ -209,11 +197,7 @@ def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
 
 
 def kept_curve(case: Case, folder: RunFolder) -> Curve:
-    """Return the learning curve of a recipe and its model, as far as it was found.
-
-    Raises:
-        DamagedFileError: the file that holds it is damaged.
-    """
+    """Return the learning curve of a recipe and its model, as far as it was found."""
     known = _file(case, folder, CURVE).read_json(Curve) if _any_kept(folder, CURVE) else None
     return Curve() if known is None else known
 

@@ -30,13 +30,6 @@ def resolved_lengths(
     ``cache`` if they were found there for the same recipe and model; else they are found from the
     system's motions, and kept there. If motions were left out because of the patience, in s, the
     lengths are not kept.
-
-    Raises:
-        DamagedFileError: the file is there, and damaged.
-        LoadError: the source of the recipe cannot be made.
-        ShortWindowError: no window can hold the system.
-        RecipeError: the recipe does not fit the window that its system needs.
-        UnstableModeError, SimulationError, ValueError: as in ``size_window``.
     """
     recipe, source = case.recipe, case.source
     tables = recipe.model_dump(mode="json", include=DECIDES)

@@ -172,11 +172,7 @@ def measure_trained(
 
 
 def require_same_answers(fmu: Path) -> None:
-    """Refuse an FMU whose compiled library differs much from numpy.
-
-    Raises:
-        CoSimulationError: the library differs.
-    """
+    """Refuse an FMU whose compiled library differs much from numpy."""
     problems = wide_differences(fmu)
     if problems:
         raise CoSimulationError(
@@ -245,10 +241,6 @@ def draw_mechanism(job: Job) -> str | None:
 
     Returns:
         File name of the picture on the model card, drawn now or found; None without one.
-
-    Raises:
-        LoadError: the function of the picture cannot be imported.
-        SimulationError: the motion that is drawn could not be simulated.
     """
     place, name = job.folder.path / MECHANISM_PICTURE, job.recipe.system.picture
     if name is not None:

@@ -110,9 +110,6 @@ def size_recipe(job: Job, seed: int | None = None, patience: float = math.inf) -
     """Return the decay times of the recipe's system along its motions, with a seed or the data's.
 
     After the patience, in s, the remaining motions are left out.
-
-    Raises:
-        LoadError: the system cannot be made.
     """
     progress = job.bar("window")
     progress(0, 1)  # a message at once, since slow systems need minutes
@@ -144,11 +141,7 @@ def _memory(sizing: Sizing) -> tuple[bool, float]:
 
 
 def remark_on_step(case: Case) -> str | None:
-    """Say that a recipe's step is too coarse, or changes the motion; else None.
-
-    Raises:
-        SimulationError: the system could not be simulated.
-    """
+    """Say that a recipe's step is too coarse, or changes the motion; else None."""
     return step_of_case(case.source, case)
 
 
@@ -268,12 +261,6 @@ def generate_recipe(job: Job, workers: int | None, executor: str | None) -> Data
         job: the recipe and its run folder.
         workers: number of processes of this machine; one per core if None.
         executor: address of a cluster, ``dask://HOST:PORT``; None for this machine.
-
-    Raises:
-        ClusterError: the cluster cannot be used.
-        LoadError, RecipeError, ShortWindowError, SimulationError, TrainingError: as in
-            ``check_window``, ``choose_numbers`` and ``generate_data``.
-        ValueError: both workers and executor are given, or the address is invalid.
     """
     place = Workplace(workers, executor)
     job = checked(job)

@@ -87,11 +87,7 @@ def draft_inputs(
 
 
 def draft_outputs(declared: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
-    """Return the outputs of the surrogate, without ranges that are still to be found.
-
-    Raises:
-        RecipeError: a name is not one of the model, or the model declares its signals itself.
-    """
+    """Return the outputs of the surrogate, without ranges that are still to be found."""
     if declared.kind == "class":
         _require_declared("output", declared, dict.fromkeys(names, ""))
     return [DraftSignal(*pair, "") for pair in _chosen("output", declared, names).items()]

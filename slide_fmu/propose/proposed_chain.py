@@ -67,11 +67,7 @@ def are_angles(inputs: Sequence[Signal]) -> bool:
 
 
 def _mismatch(path: Path, inputs: Sequence[DraftSignal]) -> str | None:
-    """Say why inputs are not the set points of a robot's joints; None if they can be.
-
-    Raises:
-        UrdfError: the file is no URDF of a serial chain.
-    """
+    """Say why inputs are not the set points of a robot's joints; None if they can be."""
     read = read_urdf(path)
     wanted = ["m" if sliding else "rad" for sliding in read.chain.prismatic]
     units = [signal.table.unit or "1" for signal in inputs]

@@ -76,11 +76,7 @@ def proposed_loops(
 
 
 def require_pairs(pairs: tuple[str, ...], system: System | None = None) -> None:
-    """Refuse pairs that are no ``OUTPUT:INPUT``, and such as a system has not, before it runs.
-
-    Raises:
-        RecipeError: as of ``proposed_loops``.
-    """
+    """Refuse pairs that are not ``OUTPUT:INPUT``, and signals that the system does not have."""
     for pair in pairs:
         output, colon, input = pair.rpartition(":")
         if not (colon and output and input):

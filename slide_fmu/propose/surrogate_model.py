@@ -20,9 +20,6 @@ def as_surrogate(declared: DeclaredModel, outputs_chosen: bool) -> DeclaredModel
     Its own outputs are proposed, without those on errors and windows, unless the user has chosen
     outputs; they have the ranges that the recipe intended, which the FMU does not declare. Its
     inputs act between samples as they did in its training.
-
-    Raises:
-        FmuError: the FMU is damaged.
     """
     if declared.kind != "fmu":
         return declared

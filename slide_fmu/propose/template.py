@@ -50,11 +50,7 @@ def _is_there(name: str) -> bool:
 
 
 def _require_module(name: str, stem: str, kind: str) -> None:
-    """Refuse a name that is valid neither for a new file nor for a module.
-
-    Raises:
-        ValueError: the message has a valid name.
-    """
+    """Refuse a name that is valid neither for a new file nor for a module."""
     module = stem.partition(":")[0]
     if all(part.isidentifier() for part in module.split(".")):
         return

@@ -156,9 +156,6 @@ def open_trial(recipe: Path, runs: Path, progress: Progress) -> Job:
     """Read a recipe, and find its lengths, in a limited time, as the first step of a trial.
 
     The progress of the trial begins when the recipe is read. Its stages show none of their own.
-
-    Raises:
-        RecipeError, LoadError, ShortWindowError, SimulationError, ValueError: as in ``open_job``.
     """
 
     def begin(stage: str) -> Progress:
@@ -174,11 +171,6 @@ def try_recipe(job: Job, progress: Progress, seed: int | None = None) -> Trial:
     """Try a recipe: its system, its window, its step, and the cost of its data.
 
     The window is sized by motions with the seed, or with the data's seed if None.
-
-    Raises:
-        LoadError, RecipeError: the system cannot be made, or breaks its contract.
-        SimulationError: it cannot be simulated.
-        UnstableModeError, ValueError: it does not forget its initial state.
     """
     job = checked(job)
     known = job.sizing if seed is None else None  # found with the open lengths of the recipe

@@ -123,21 +123,13 @@ class Bench:
         self._times.setdefault(name, []).extend(seconds)
 
     def run_fmu(self, fmu: UnpackedFmu, outputs: Sequence[str]) -> Run:
-        """Run an FMU with the surrogate's inputs on the first samples of the sequence.
-
-        Raises:
-            CoSimulationError: a variable does not exist, or the FMU reports an error.
-        """
+        """Run an FMU with the surrogate's inputs on the first samples of the sequence."""
         columns = self.sequence[: self.effort.steps].T
         inputs = {s.name: column for s, column in zip(self.surrogate.inputs, columns, strict=True)}
         return run_fmu(fmu, inputs, outputs, step=self.surrogate.window.step)
 
     def round(self) -> None:
-        """Time everything once more.
-
-        Raises:
-            CoSimulationError: the FMU reports an error.
-        """
+        """Time everything once more."""
         steps = self.effort.steps
         for name, single in self.singles.items():
             self.add(name, _call_times(single, steps))

@@ -126,9 +126,6 @@ def _require_agreement(surrogate: Surrogate, windows: FloatArray, expected: Floa
         surrogate: the surrogate made of the layers.
         windows: physical inputs, shape (B, n_in, n_inputs).
         expected: results of the module, shape (B, n_out * n_outputs).
-
-    Raises:
-        ValueError: they differ.
     """
     predicted = surrogate.predict_windows(windows).reshape(len(windows), -1)
     error = np.abs(predicted - expected).max(axis=0)

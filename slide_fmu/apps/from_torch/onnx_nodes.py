@@ -141,11 +141,7 @@ def _run(node: Any, opsets: Mapping[str, int], given: Constants) -> list[NDArray
 
 
 def _input_shape(given: Any, n_in: int, n_inputs: int) -> tuple[int, ...]:
-    """Return the shape of the input for a batch of one; open sizes take the expected value.
-
-    Raises:
-        ValueError: the input has another shape.
-    """
+    """Return the shape of the input for a batch of one; open sizes take the expected value."""
     sizes = [
         dim.dim_value if dim.dim_value > 0 else None for dim in given.type.tensor_type.shape.dim
     ]

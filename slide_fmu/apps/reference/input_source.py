@@ -44,9 +44,6 @@ def write_input_source(
 
     Returns:
         The path.
-
-    Raises:
-        ValueError: the path does not end in ``.fmu``.
     """
     about = json.dumps({"step": step, "signals": [asdict(signal) for signal in signals]})
     record = io.BytesIO()

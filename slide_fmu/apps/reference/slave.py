@@ -96,9 +96,6 @@ class Slave(Fmi2Slave):  # type: ignore[misc]
         """Write the model description, with units, ranges and initial unknowns.
 
         The date is removed, so that the same FMU is the same file on another day.
-
-        Raises:
-            RuntimeError: PythonFMU did not write an element that it always writes.
         """
         root: Element = super().to_xml(dict(model_options or {}))
         root.attrib.pop("generationDateAndTime", None)

@@ -79,9 +79,6 @@ def _licenses() -> dict[str, bytes]:
     """Return the licences of the contents of such an FMU, by their names in it.
 
     PythonFMU is under the MIT licence, whose notice must be included with its libraries.
-
-    Raises:
-        RuntimeError: PythonFMU is installed without its licence.
     """
     files = metadata.files("pythonfmu") or []
     texts = [file.read_binary() for file in files if file.name == "LICENSE"]

@@ -1,4 +1,7 @@
-"""A job is a recipe on its way through the stages; its provenance stays with the result."""
+"""A job is a recipe on its way through the stages; its provenance stays with the result.
+
+Where a recipe leaves lengths open, they are found once, and kept in its run folder.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,17 @@ from pathlib import Path
 from shlex import quote
 
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.core.search_path import make_importable
+from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.data.model_answers import identity, model_key
 from slide_fmu.fmu.export import Provenance
+from slide_fmu.memory.lengths import Lengths, find_lengths
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.apps import remarks_on_app_tables
-from slide_fmu.pipeline.case_checks import check_case
+from slide_fmu.pipeline.case_checks import check_case, guarded_case
 from slide_fmu.pipeline.numbers import known_numbers
-from slide_fmu.pipeline.resolved import resolved_lengths
 from slide_fmu.pipeline.run_folder import RunFolder, TrainedSurrogate
 from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.automatic import LENGTHS, FoundValues
@@ -30,6 +37,9 @@ from slide_fmu.systems.base import System
 from slide_fmu.validation.data_origin import origin_of_data
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
+
+DECISIVE_FOR_LENGTHS = {"system", "window", "data", "estimator", "parameters"}
+"""Tables of a recipe on which its lengths depend."""
 
 Tell = Callable[[str], None]
 """A function that shows a sentence to people."""
@@ -156,6 +166,50 @@ def job_of_text(
     begun(1, 1)
     numbers = known_numbers(case, job.open_keys, folder)
     return job if numbers is None else with_values(job, numbers)
+
+
+def resolved_lengths(
+    case: Case, open_keys: tuple[str, ...], cache: Path, patience: float = math.inf
+) -> tuple[FoundValues, AnySizing | None]:
+    """Return the open lengths of a recipe, and the sizing of the window if it was done now.
+
+    The open keys of the case's recipe hold first guesses. Lengths are read from the folder
+    ``cache`` if they were found there for the same recipe and model; else they are found from the
+    system's motions, and kept there. If motions were left out because of the patience, in s, the
+    lengths are not kept.
+    """
+    recipe, source = case.recipe, case.source
+    tables = recipe.model_dump(mode="json", include=DECISIVE_FOR_LENGTHS)
+    model = model_key(cache, identity(source, recipe))
+    file = ResultFile.of(cache, "resolved", tables, open_keys, model)
+    known = file.read_json(FoundValues)
+    if known is not None:
+        return known, None
+    lengths = lengths_of_case(source, case, open_keys, patience)
+    if lengths.sizing is None or lengths.sizing.left_out is None:
+        file.write_json(lengths.values)
+    return lengths.values, lengths.sizing
+
+
+@asked_of_sources
+def lengths_of_case(
+    system: System, case: Case, open_keys: tuple[str, ...], patience: float
+) -> Lengths:
+    """Find the open lengths of a recipe, in a separate program if its system may crash."""
+    return guarded_case(case, _lengths, open_keys, patience)
+
+
+def _lengths(case: Case, open_keys: tuple[str, ...], patience: float) -> Lengths:
+    """Find lengths; with physical parameters, of the corner with the longest memory.
+
+    The eigenvalues alone do not show this corner.
+    """
+    cases = [case.at_ends(corner) for corner in case.corners()]
+    of_corners = [
+        find_lengths(OpenRecipe(one.recipe, open_keys), one.system, TimeBudget(patience))
+        for one in cases
+    ]
+    return max(of_corners, key=lambda lengths: lengths.recipe.guess.window.n_in)
 
 
 def with_values(job: Job, values: FoundValues) -> Job:

@@ -18,7 +18,7 @@ from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.memory import stability
 from slide_fmu.memory.stability import SEQUENCES
-from slide_fmu.pipeline import case_checks, numbers, resolved, stages
+from slide_fmu.pipeline import case_checks, job, numbers, stages
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.propose import trial
 from slide_fmu.recipe.against_system import require_features
@@ -191,7 +191,7 @@ def tried_records(source: MeasuredRecords, case: Case) -> trial.MotionTrial:
     return trial.MotionTrial((*remarks_on_division(case.recipe, source), *source.remarks))
 
 
-resolved.lengths_of_case.register(MeasuredRecords)(lengths_of_case)
+job.lengths_of_case.register(MeasuredRecords)(lengths_of_case)
 stages.size_case.register(MeasuredRecords)(size_case)
 validate.validate_against.register(MeasuredRecords)(validate_records)
 data_origin.origin_of_data.register(MeasuredRecords)(record_origin)

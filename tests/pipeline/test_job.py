@@ -10,7 +10,7 @@ import pytest
 
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.memory import motions
-from slide_fmu.pipeline import resolved
+from slide_fmu.pipeline import job as module
 from slide_fmu.pipeline.export import ExportRequest, export
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate, recipe_of_provenance
@@ -54,13 +54,13 @@ def opened(folder: Path, text: str = OPEN, **options: Any) -> Job:
 
 def note_searches(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     found: list[Any] = []
-    find = resolved.find_lengths
+    find = module.find_lengths
 
     def note(*arguments: Any) -> Any:
         found.append(arguments)
         return find(*arguments)
 
-    monkeypatch.setattr(resolved, "find_lengths", note)
+    monkeypatch.setattr(module, "find_lengths", note)
     return found
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slide_fmu.core.signals import Signal
     from slide_fmu.core.window import Window
     from slide_fmu.cosim.simulate import simulate
-    from slide_fmu.data.errors import TrajectoryError
+    from slide_fmu.data.trajectories import TrajectoryError
     from slide_fmu.fitting.errors import TrainingError
     from slide_fmu.fmu.export import export_fmu, load
     from slide_fmu.fmu.native import NativeSurrogate
@@ -127,7 +127,7 @@ _HOMES = {
     "slide_fmu.report.quality": ("QualityError",),
     "slide_fmu.memory.sizing": ("ShortWindowError",),
     "slide_fmu.pipeline.run_folder": ("StageError",),
-    "slide_fmu.data.errors": ("TrajectoryError",),
+    "slide_fmu.data.trajectories": ("TrajectoryError",),
     "slide_fmu.fitting.errors": ("TrainingError",),
     "slide_fmu.memory.stability": ("UnstableSurrogateError",),
     "slide_fmu.systems.function.system": ("FunctionSystem",),

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from slide_fmu.data.apart import crosses
+from slide_fmu.data.isolated_process import crosses
 from slide_fmu.recipe.model_rules import rules_of_tables
 from slide_fmu.systems.base import System
 

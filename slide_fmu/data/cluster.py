@@ -138,14 +138,14 @@ def _require_same_versions(client: Any, address: str) -> None:
         ClusterError: a worker has another version, or lacks this package.
     """
     try:
-        found = client.run(versions_here)
+        of_workers = client.run(versions_here)
     except ModuleNotFoundError as error:
         raise ClusterError(
             f"executor {address!r}: a worker lacks the package {error.name!r}; expected the same "
             "environment as here: install it there, and restart the worker"
         ) from error
     expected = versions_here()
-    for worker, versions in found.items():
+    for worker, versions in of_workers.items():
         if versions != expected:
             raise ClusterError(
                 f"executor {address!r}: the worker {worker} has {versions}; expected {expected}, "

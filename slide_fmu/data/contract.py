@@ -172,8 +172,8 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
     system.begin(inputs[0])
     go_on(system, inputs[: len(inputs) // 2])
     state = system.get_state()
-    found = _call(system, "linearize", lambda: system.linearize(state))
-    for name, matrix, shape in _matrices(system, found):
+    linearized = _call(system, "linearize", lambda: system.linearize(state))
+    for name, matrix, shape in _matrices(system, linearized):
         if np.shape(matrix) != shape or not np.isfinite(matrix).all():
             raise contract_error(
                 system,
@@ -190,23 +190,23 @@ def _check_linearization(system: Linearizable, inputs: FloatArray) -> None:
         )  # fmt: skip
 
 
-def _matrices(system: System, found: object) -> list[tuple[str, FloatArray, tuple[int, ...]]]:
+def _matrices(system: System, linearized: object) -> list[tuple[str, FloatArray, tuple[int, ...]]]:
     """Return the matrices of a linearization, with matching shapes."""
-    if isinstance(found, StateMatrix):
-        n = len(found.matrix)
-        return [("state", found.matrix, (n, n))]
-    if not isinstance(found, Linearization):
+    if isinstance(linearized, StateMatrix):
+        n = len(linearized.matrix)
+        return [("state", linearized.matrix, (n, n))]
+    if not isinstance(linearized, Linearization):
         raise contract_error(
             system,
             "linearize",
-            f"gives a {type(found).__name__}",
+            f"gives a {type(linearized).__name__}",
             "a Linearization or a StateMatrix",
             "return one of them, from slide_fmu",
         )
-    n, rows = len(found.mass), len(found.constraints)
-    named = {name: getattr(found, name) for name in ("mass", "damping", "stiffness")}
+    n, rows = len(linearized.mass), len(linearized.constraints)
+    named = {name: getattr(linearized, name) for name in ("mass", "damping", "stiffness")}
     square = [(name, matrix, (n, n)) for name, matrix in named.items()]
-    return [*square, ("constraints", found.constraints, (rows, n))]
+    return [*square, ("constraints", linearized.constraints, (rows, n))]
 
 
 def _check_state(system: System, method: str, state: object) -> None:

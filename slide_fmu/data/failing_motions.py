@@ -68,7 +68,7 @@ class Tolerance:
 
 
 @final
-class Failing:
+class RunnableDraws:
     """Draws of motions on which the system fails are left out.
 
     A motion is not simulated merely as a test until one has failed.
@@ -92,21 +92,21 @@ class Failing:
         """
         key = index, count or 0
         attempt = self._fits.get(key, self._first)
-        found = shortened(draw(attempt), count)
+        drawn = shortened(draw(attempt), count)
         if key in self._fits:
-            return found
+            return drawn
         self.tolerance.tried += 1
         while self._careful:
             try:
-                simulate(self._system, found.inputs, found.initial)
+                simulate(self._system, drawn.inputs, drawn.initial)
                 break
             except SimulationError as error:
                 self.tolerance.count(error)
                 self.tolerance.tried += 1
                 attempt += 1
-                found = shortened(draw(attempt), count)
+                drawn = shortened(draw(attempt), count)
         self._fits[key] = attempt
-        return found
+        return drawn
 
     def tolerated(self, work: Callable[[], Result]) -> Result:
         """Do work on motions, and again on others while it fails.

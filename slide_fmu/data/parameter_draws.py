@@ -29,10 +29,10 @@ def drawn_parameters(
     further ``attempt`` has the same values, unless the system has failed ``BEYOND_ATTEMPTS`` times
     on values beyond the ranges: then they are drawn within.
     """
-    found = _drawn(recipe, stream, index, beyond=stream.number in LEARNT)
-    if attempt >= BEYOND_ATTEMPTS and _leave(recipe, found):
+    values = _drawn(recipe, stream, index, beyond=stream.number in LEARNT)
+    if attempt >= BEYOND_ATTEMPTS and _leave(recipe, values):
         return _drawn(recipe, stream, index, beyond=False)
-    return found
+    return values
 
 
 def leaves_ranges(recipe: Recipe, stream: Stream, index: int, attempt: int = 0) -> bool:
@@ -48,12 +48,12 @@ def case_at(case: Case, values: dict[str, float]) -> Case:
     Raises:
         SimulationError: the system cannot be made with them.
     """
-    found = case.at(values)
+    at_values = case.at(values)
     try:
-        _ = found.system
+        _ = at_values.system
     except LoadError as error:  # it could be made with the start values
         raise SimulationError(str(error)) from error
-    return found
+    return at_values
 
 
 def with_values(words: str, values: dict[str, float]) -> str:

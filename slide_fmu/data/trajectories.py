@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from slide_fmu.core.result_cache import DamagedFileError, ResultFile, key_of
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.draws import split_stream
-from slide_fmu.data.errors import TrajectoryError
 from slide_fmu.data.model_answers import identity, model_key
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.case import Case
@@ -37,6 +36,10 @@ AGAIN = "generate again (slide-fmu generate RECIPE), which makes it alone"
 MOST_READ = 10_000
 """A recipe's trajectories are read for damage before others are made, unless there are more: that
 would take minutes. The training names a damaged one."""
+
+
+class TrajectoryError(ValueError):
+    """Trajectories of a recipe are missing."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
 from slide_fmu.data.draws import Draw, Stream, draw, split_stream
-from slide_fmu.data.failing_motions import Failing
+from slide_fmu.data.failing_motions import RunnableDraws
 from slide_fmu.memory.decay import (
     Decay,
     decay_along,
@@ -79,7 +79,7 @@ class Motions:
         system: the recipe's system.
         stream: their seeds, and the length of motions to linearize.
         most: largest number of motions, or of pairs of them.
-        failing: skips draws on which the system fails.
+        runnable: skips draws on which the system fails.
         patience: the time that they may take in total.
     """
 
@@ -87,7 +87,7 @@ class Motions:
     system: System
     stream: Stream
     most: int
-    failing: Failing
+    runnable: RunnableDraws
     patience: TimeBudget
 
     @property
@@ -108,7 +108,7 @@ class Motions:
         return self._drawn(self.stream, index, None)
 
     def _drawn(self, stream: Stream, index: int, count: int | None) -> Draw:
-        return self.failing.drawn(
+        return self.runnable.drawn(
             index, count, lambda attempt: draw(self.recipe, self.system, stream, index, attempt)
         )
 
@@ -125,12 +125,14 @@ def motions_of(
     entropy = recipe.data.seed if seed is None else seed
     duration = min(training.duration, WINDOWS_PER_MOTION * window.n_in * window.step)
     stream = Stream(training.number, entropy, (1.0, 1.0), duration)
-    failing = Failing(system, recipe.data.most_failures)
+    runnable = RunnableDraws(system, recipe.data.most_failures)
     most = MOTIONS if most is None else most
-    motions = Motions(recipe.without_loops(), system, stream, most, failing, patience)
+    motions = Motions(recipe.without_loops(), system, stream, most, runnable, patience)
     if math.isinf(patience.seconds):
         return motions
-    samples = failing.tolerated(lambda: patience.samples(system, motions.inputs(0, TIMED_SAMPLES)))
+    samples = runnable.tolerated(
+        lambda: patience.samples(system, motions.inputs(0, TIMED_SAMPLES))
+    )
     allowed = max(window.n_in, samples) * window.step
     if allowed >= duration:
         return motions

@@ -212,7 +212,7 @@ def size_window(
     patience = patience or TimeBudget()
     motions = motions_of(recipe, system, seed, most, patience)
     linearized, expected = None, window.n_in * window.step
-    tolerated = motions.failing.tolerated
+    tolerated = motions.runnable.tolerated
     if isinstance(system, Linearizable):
         linearized = tolerated(lambda: _linearized(recipe, motions))
         expected = linearized.decay.worst
@@ -224,7 +224,7 @@ def size_window(
     if compared and not patience.gone("a comparison of equations and motions near rest"):
         assert linearized is not None
         refusal = contradiction(motions, linearized, measured)
-    remarks = motions.failing.tolerance.remark, patience.remark
+    remarks = motions.runnable.tolerance.remark, patience.remark
     amplitude = recipe.window.remaining_amplitude
     return Sizing(window, amplitude, linearized, measured, refusal, *remarks)
 

@@ -7,9 +7,9 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 from slide_fmu.bounds.known_start import known_start
 from slide_fmu.data.answers import asked_of_sources
-from slide_fmu.data.apart import crosses, guarded
 from slide_fmu.data.contract import check_system
 from slide_fmu.data.draws import probe_draws
+from slide_fmu.data.isolated_process import crosses, guarded
 from slide_fmu.fmu.description.surrogate_variables import require_free_names
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.pipeline.apps import check_app_tables

@@ -13,7 +13,7 @@ from typing import cast
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.search_path import make_importable
 from slide_fmu.core.signals import Hold, cosines_of, moves
-from slide_fmu.data.apart import guarded
+from slide_fmu.data.isolated_process import guarded
 from slide_fmu.propose.draft_signals import (
     Ranges,
     draft_inputs,

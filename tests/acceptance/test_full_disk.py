@@ -82,7 +82,7 @@ def test_every_stage_names_a_full_disk_and_goes_on_when_there_is_room(disk: Path
 def test_data_that_fill_the_disk_are_completed_when_there_is_room(tmp_path: Path) -> None:
     recipe = tmp_path / "small.toml"
     recipe.write_text(RECIPE, encoding="utf-8")
-    with small_disk(tmp_path, "212k") as disk:
+    with small_disk(tmp_path, "80k") as disk:
         call = ("generate", recipe, "--runs", disk, "--workers", 2)
         assert "trajectories" in refused(*call)
         kept = tmp_path / "kept"

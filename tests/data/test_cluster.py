@@ -18,10 +18,10 @@ import distributed
 import pytest
 
 from slide_fmu.data import cluster as cluster_module
-from slide_fmu.data import worker
+from slide_fmu.data import generation
 from slide_fmu.data.cluster import ClusterError, cluster, scheduler_of
+from slide_fmu.data.generation import Order, make_ordered
 from slide_fmu.data.model_answers import identity, model_key
-from slide_fmu.data.worker import Order, make_ordered
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
@@ -136,7 +136,7 @@ def test_worker_with_another_model_makes_nothing(
 def test_worker_that_does_not_see_the_disk_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(worker, "APPEARS", 0.0)
+    monkeypatch.setattr(generation, "APPEARS", 0.0)
     place = str(tmp_path / "trajectories")
     order = Order(pickle.dumps(case_of(SMALL)), place, "model", str(tmp_path))
     with refused(ClusterError, "does not see", "trajectories'; expected a disk"):

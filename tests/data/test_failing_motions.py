@@ -9,7 +9,7 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw
-from slide_fmu.data.failing_motions import Failing, Tolerance, TooManyFailuresError
+from slide_fmu.data.failing_motions import RunnableDraws, Tolerance, TooManyFailuresError
 from slide_fmu.memory import motions
 from slide_fmu.memory.lengths import find_lengths
 from slide_fmu.memory.sizing import size_window
@@ -68,20 +68,20 @@ def drawn(attempt: int) -> Draw:
 
 
 def test_motions_that_fail_only_one_after_another_are_drawn_anew() -> None:
-    failing = Failing(Lag(), 0.0)
+    runnable = RunnableDraws(Lag(), 0.0)
 
     def work() -> FloatArray:
-        inputs = failing.drawn(0, 4, drawn).inputs
+        inputs = runnable.drawn(0, 4, drawn).inputs
         if inputs[0, 0] < 1.0:
             raise SimulationError("together they fail")
         return inputs
 
-    np.testing.assert_array_equal(failing.tolerated(work), np.ones((4, 1)))
-    assert failing.tolerance.errors == ["together they fail"]
+    np.testing.assert_array_equal(runnable.tolerated(work), np.ones((4, 1)))
+    assert runnable.tolerance.errors == ["together they fail"]
 
 
 def test_nothing_is_simulated_twice_where_nothing_fails() -> None:
     system = Fragile(level=-1.0)
-    failing = Failing(system, 0.0)
-    assert failing.tolerated(lambda: failing.drawn(0, None, drawn)).inputs.shape == (9, 1)
+    runnable = RunnableDraws(system, 0.0)
+    assert runnable.tolerated(lambda: runnable.drawn(0, None, drawn)).inputs.shape == (9, 1)
     assert system.failed == 0

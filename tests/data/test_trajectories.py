@@ -13,10 +13,9 @@ from slide_fmu.core import result_cache
 from slide_fmu.core.files import FullDiskError
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.core.signals import Trajectory
-from slide_fmu.data.errors import TrajectoryError
 from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import kept_answers, model_key
-from slide_fmu.data.trajectories import Trajectories
+from slide_fmu.data.trajectories import Trajectories, TrajectoryError
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.progress import silent

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from slide_fmu.data.apart import crosses
+from slide_fmu.data.isolated_process import crosses
 from slide_fmu.data.pool import in_parallel, process_pool
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.declared import SignalTable

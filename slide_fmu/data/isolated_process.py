@@ -33,7 +33,7 @@ def crosses(system: System) -> bool:
         return False
 
 
-def apart(function: Callable[..., Result], *arguments: Any) -> Result:
+def call_isolated(function: Callable[..., Result], *arguments: Any) -> Result:
     """Call a function of a module in a program of its own, and return what it returns.
 
     Function, arguments and result are sent as pickles. The program is not a worker process, which
@@ -45,7 +45,7 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
     """
     task = pickle.dumps((function, arguments))
     code = f"import sys; from {__name__} import work; work(sys.argv[1])"
-    with tempfile.TemporaryDirectory(prefix="slide_fmu_apart_") as folder:
+    with tempfile.TemporaryDirectory(prefix="slide_fmu_isolated_") as folder:
         result = Path(folder) / "result"
         # what it unpacks lies in this folder, since it removes nothing where it crashes
         temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder)
@@ -67,10 +67,10 @@ def apart(function: Callable[..., Result], *arguments: Any) -> Result:
             raise EndedError(
                 f"the program that simulates ended with the code {program.returncode}"
             )
-        worked, found = pickle.loads(result.read_bytes())
+        worked, result_or_error = pickle.loads(result.read_bytes())
     if not worked:
-        raise found
-    return found  # type: ignore[no-any-return]  # the function's result
+        raise result_or_error
+    return result_or_error  # type: ignore[no-any-return]  # the function's result
 
 
 def guarded(
@@ -90,7 +90,7 @@ def guarded(
     if not system.may_crash:
         return function(*arguments)
     try:
-        return apart(function, *arguments)
+        return call_isolated(function, *arguments)
     except EndedError as error:
         raise SimulationError(ended_process(*model)) from error
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.apart import EndedError, apart, guarded
+from slide_fmu.data.isolated_process import EndedError, call_isolated, guarded
 from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
@@ -34,17 +34,17 @@ def outputs_of(case: Case, inputs: FloatArray) -> FloatArray:
 
 
 def test_result_and_error_cross() -> None:
-    print_is_no_result = apart(print, "what a library prints")
+    print_is_no_result = call_isolated(print, "what a library prints")
     assert print_is_no_result is None
-    assert apart(math.hypot, 3.0, 4.0) == 5.0
+    assert call_isolated(math.hypot, 3.0, 4.0) == 5.0
     with pytest.raises(SimulationError, match="no solution of pump") as raised:
-        apart(fail, "pump")
+        call_isolated(fail, "pump")
     assert raised.value.time == 2.5
 
 
 def test_program_that_ends_by_itself_is_told() -> None:
     with refused(EndedError, "ended with the code 7"):
-        apart(os._exit, 7)
+        call_isolated(os._exit, 7)
 
 
 def unpack_and_crash() -> None:
@@ -59,7 +59,7 @@ def test_program_that_crashes_leaves_no_files(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with refused(EndedError, "ended with the code 7"):
-        apart(unpack_and_crash)
+        call_isolated(unpack_and_crash)
     with process_pool(1) as pool:
         assert pool is not None
         with pytest.raises(BrokenExecutor):
@@ -69,7 +69,7 @@ def test_program_that_crashes_leaves_no_files(
 
 def test_system_given_as_an_object_crosses_with_its_case() -> None:
     inputs = np.linspace(0.0, 1.0, 5)[:, None]
-    found = apart(outputs_of, case_of_object(Lag()), inputs)
+    found = call_isolated(outputs_of, case_of_object(Lag()), inputs)
     np.testing.assert_array_equal(found, Lag().simulate(inputs))
 
 
@@ -85,7 +85,8 @@ def test_system_that_may_crash_is_named_and_others_are_simulated_here() -> None:
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
 def test_program_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     place = tmp_path / "pid"
-    code = f"from tests.data.test_apart import *; apart(note_and_sleep, {str(place)!r})"
+    module = "tests.data.test_isolated_process"
+    code = f"from {module} import *; call_isolated(note_and_sleep, {str(place)!r})"
     with subprocess.Popen(
         [sys.executable, "-c", code],
         cwd=Path(__file__).parents[2],

@@ -1,11 +1,27 @@
-"""The compiled runtime, built once for all tests, also where two processes want it at once."""
+"""What all test processes share is made once, also where two of them want it at once."""
 
 from __future__ import annotations
 
 import fcntl
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 
 from slide_fmu.fmu.libraries.build import BUILD, build_all
+
+
+@contextmanager
+def one_process(lock: Path) -> Iterator[None]:
+    """Let one test process at a time go on; the others wait until it is through.
+
+    Args:
+        lock: a file for it, whose folder is made.
+    """
+    lock.parent.mkdir(parents=True, exist_ok=True)
+    with lock.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # closing the file gives it back
+        yield
 
 
 @cache
@@ -18,7 +34,5 @@ def build_libraries() -> None:
     Raises:
         BuildError: the compiler is missing or refused the sources, with what it said.
     """
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with (BUILD / "tests.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # closing the file gives it back
+    with one_process(BUILD / "tests.lock"):
         build_all()

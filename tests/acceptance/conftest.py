@@ -11,7 +11,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import filelock
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -20,7 +19,7 @@ from slide_fmu.data import pool
 from slide_fmu.data.pool import process_pool
 from slide_fmu.memory import motions
 from tests.estimates import kept_estimates
-from tests.libraries import build_libraries
+from tests.libraries import build_libraries, one_process
 from tests.recipes import LINEAR_NETWORK
 
 ROOT = Path(__file__).parents[2]
@@ -258,7 +257,7 @@ def run_recipe(folder: Path, name: str, text: str, workers: int = 1) -> Finished
     """
     kept = KEPT / name / _key(text)
     kept.parent.mkdir(parents=True, exist_ok=True)
-    with filelock.FileLock(KEPT / f"{name}.lock"):
+    with one_process(KEPT / f"{name}.lock"):
         if not kept.exists():
             made = Path(tempfile.mkdtemp(dir=KEPT))
             _run(made, name, text, workers)

@@ -31,6 +31,7 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
 from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
+from slide_fmu.importer.description import is_fmi_3
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.run import run_fmu
@@ -93,7 +94,7 @@ def fmi_version(path: Path) -> FmiVersion:
 
 
 def _version(description: ModelDescription) -> FmiVersion:
-    return 3 if description.fmiVersion.startswith("3.") else 2
+    return 3 if is_fmi_3(description) else 2
 
 
 def steps_of_check(surrogate: Surrogate) -> int:

@@ -65,13 +65,14 @@ class Instance:
         self.messages: list[str] = []
         _withdraw_other(fmu)
         self.calls = self._instantiate(name or fmu.description.modelName or fmu.path.stem)
-        guard = GuardedCalls(self.label, self.calls._functions, self.messages)
-        self.calls._call = self._call = guard  # all calls of fmpy pass through this one
-        self.free = weakref.finalize(self, _free, self.calls, guard)
+        self._call = GuardedCalls(self.label, self.calls._functions, self.messages)
+        self.calls._call = self._call  # all calls of fmpy pass through this one
+        self.free = weakref.finalize(self, _free, self.calls, self._call)
         """Frees the instance, which is not used afterwards; it does so by itself at the end."""
         self.free.atexit = False  # an FMU in Python cannot end after Python
-        self._guard = guard
         self._unset: dict[str, Any] = {}
+        self._start = self.begin
+        self._tolerance: float | None = None
         self._reached = c_double()
         self._flags = c_bool(), c_bool(), c_bool()
         if _is_only_one(fmu):
@@ -109,7 +110,7 @@ class Instance:
     @property
     def usable(self) -> bool:
         """Tell whether it is in memory, and neither lost nor withdrawn."""
-        return self.free.alive and not self._guard.lost and not self._guard.withdrawn
+        return self.free.alive and not self._call.lost and not self._call.withdrawn
 
     @property
     def can_go_back(self) -> bool:
@@ -242,7 +243,7 @@ class Instance:
     def withdraw(self) -> None:
         """Free the instance for another one of its FMU; whoever uses it still is refused."""
         self.free()
-        self._guard.withdrawn = True
+        self._call.withdrawn = True
 
 
 @contextmanager

@@ -86,7 +86,7 @@ class _Words:
     @staticmethod
     def of_this_platform() -> _Words:
         """Return the places for a function with five fixed arguments before; maybe none."""
-        machine = platform.machine().lower()
+        machine = platform.machine().lower() if struct.calcsize("P") == 8 else "of 32 bits"
         if sys.platform == "win32" and machine == "amd64":
             return _Words(0, 0, STACK_WORDS, in_registers=False)
         if machine in ("x86_64", "amd64"):

@@ -129,6 +129,15 @@ def test_unnamed_step_is_asked_for_by_its_key(tmp_path: Path) -> None:
     np.testing.assert_allclose(levels, true_level(DRIVE, STEP), **EXACT)
 
 
+def test_own_times_of_an_fmu_get_a_remark(tmp_path: Path) -> None:
+    fmu = build_strict_lag(tmp_path / "lag.fmu", start=5.0, end=15.0)
+    remarks = "; ".join(describe(str(fmu)).remarks)
+    assert "begins at 5 s, its own startTime" in remarks
+    assert "ends at 15 s (stopTime)" in remarks
+    run = slide.couple({"lag": fmu}, [], step=STEP, stop=0.2)
+    assert any("lag begins at 5 s of its own time" in one for one in run.figures.remarks)
+
+
 def test_told_step_is_a_multiple_of_the_only_one(tmp_path: Path) -> None:
     fmu = build_strict_lag(tmp_path / "lag.fmu", only_step=0.004)
     with refused(LoadError, "fmu-step = 0.005 s", "a multiple of 0.004 s"):

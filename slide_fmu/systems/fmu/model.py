@@ -11,7 +11,13 @@ from collections.abc import Container
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, hold_of
-from slide_fmu.importer.description import is_multiple, named_step, offered_interfaces
+from slide_fmu.importer.description import (
+    experiment,
+    is_multiple,
+    named_step,
+    offered_interfaces,
+    start_time,
+)
 from slide_fmu.systems.base import (
     Jumping,
     Linearizable,
@@ -269,6 +275,14 @@ def _remarks_on(file: FmuFile) -> tuple[str, ...]:
         remarks += [solver, states]
     else:
         remarks.append("its states are not known: a motion leads in instead of initial states")
+    start, stop = start_time(file.description), experiment(file.description, "stopTime")
+    if start != 0.0:
+        remarks.append(f"each motion begins at {start:g} s, its own startTime")
+    if stop is not None:
+        remarks.append(
+            f"its default experiment ends at {stop:g} s (stopTime): if it goes no further, longer "
+            "motions fail"
+        )
     if file.offer.needsExecutionTool:
         remarks.append("it needs the tool that made it where it is simulated")
     return tuple(remarks)

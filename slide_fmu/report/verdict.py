@@ -11,7 +11,8 @@ from collections.abc import Iterable, Sequence
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
-from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of, named
+from slide_fmu.report.prose import sentences
+from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import timing_text
 from slide_fmu.surrogate.description import SurrogateDescription
@@ -40,8 +41,22 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
     if not rows:
         return ()
     call = call_of(rows)
-    sentences = [_error(rows, call), _trusted(rows, call), _avoid(rows, call)]
-    return tuple(sentence for sentence in sentences if sentence)
+    main = main_rows(rows, call)
+    return tuple(
+        sentences(
+            "verdict.txt",
+            call=CALLS[call],
+            main=main,
+            inputs=LEARNT if not main or main[0].group == IN_RANGE else main[0].group,
+            smooth=_smooth(rows, call),
+            bounded=[r for r in main if r.covered is not None and r.trusted is not None],
+            unfilled=[r for r in main if not r.counted],
+            far=FAR,
+            most_named=MOST_NAMED,
+            examples=EXAMPLES,
+            **_to_avoid(rows, call),
+        )
+    )
 
 
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
@@ -52,87 +67,38 @@ def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
     return [row for row in main if row is not None]
 
 
-def _error(rows: Sequence[Row], call: Call) -> str:
-    """Say the error in the user's call."""
-    main = main_rows(rows, call)
-    if not main:
-        return ""
-    own, *finer = main
-    inputs = _inputs_of(own)
-    where = f"at a communication step of {length_of(own)}, its own"
-    text = f"The error {CALLS[call].within} is {_up_to(own)} under {inputs} {where}"
-    text += "".join(f", and {_up_to(row)} at {length_of(row)}" for row in finer)
+def _smooth(rows: Sequence[Row], call: Call) -> list[Row]:
+    """Return the rows of the first kind of smooth inputs at h and at a finer step."""
     smooth = [row for row in rows if row.group == SMOOTH and row.inputs != OF_TRAINING]
-    at = (
-        row_at(smooth, SMOOTH, row.inputs, call, steps) for row in smooth[:1] for steps in (1, 4)
-    )
-    errors = [_up_to(row) for row in at if row is not None]
-    if errors:
-        text += f"; under {smooth[0].inputs} {' and '.join(errors)}"
-    far = f" At its own step the FMU is {FAR}." if own.far_off else ""
-    return f"{text} (relative RMSE).{far}"
+    kinds = [row.inputs for row in smooth[:1]]
+    at = (row_at(smooth, SMOOTH, kind, call, n) for kind in kinds for n in (1.0, float(FINER)))
+    return [row for row in at if row is not None]
 
 
-def _inputs_of(main: Row) -> str:
-    """Return the words for the inputs of a main row."""
-    return LEARNT if main.group == IN_RANGE else main.group
+def _to_avoid(rows: Sequence[Row], call: Call) -> dict[str, object]:
+    """Return what is to be avoided: kinds of input at the own step, and others at the finer one.
 
-
-def _up_to(row: Row) -> str:
-    return percent(row.error) if len(row.outputs) == 1 else f"up to {percent(row.error)}"
-
-
-def _trusted(rows: Sequence[Row], call: Call) -> str:
-    """Say how much is trusted, and covered."""
-    parts, unfilled = list[str](), list[str]()
-    for row in main_rows(rows, call):
-        if row.covered is None or row.trusted is None:
-            if not row.counted:
-                unfilled.append(length_of(row))
-            continue
-        share = percent(row.trusted)
-        if not parts:
-            share = f"Under {_inputs_of(row)} the FMU trusts {share} of the samples"
-        parts.append(f"{share} at {length_of(row)}, where its bound covers {percent(row.covered)}")
-    text = f"{', and '.join(parts)}." if parts else ""
-    if unfilled:
-        text += (
-            f" At {' and '.join(unfilled)} error_bound_filled never becomes 1: no bound counts."
-        )
-    return text.strip() or "It has no error bound, so it does not say where it is wrong."
-
-
-def _avoid(rows: Sequence[Row], call: Call) -> str:
-    """Say what to avoid at the own step, and what else at the finer one."""
+    Kinds beyond the range and sums of kinds are left out. ``judged`` tells whether any inputs
+    could be judged.
+    """
     kinds = [row for row in rows if row.group != BEYOND and row.inputs != ALL]
     at, finer = ([row for row in kinds if row.is_at(call, steps)] for steps in (1.0, FINER))
-    outside = "Inputs outside of their ranges are reported"
-    judged = [row for row in rows if row.is_at(call, 1.0) and row.group != BEYOND]
-    if not any(row.valid is not None for row in judged):
-        return f"Avoid inputs unlike those that were measured. {outside}."
     bad = _worst_first(row for row in at if row.valid is False)
     silent = [row for row in bad if row.honest is not True]
-    named_before = {(row.group, row.inputs) for row in silent}
-    new = _worst_first(
-        row for row in finer if row.honest is False and (row.group, row.inputs) not in named_before
-    )
-    sentences = []
-    if bad:
-        says = "it is wrong and does not say so" if silent else "it says that it is wrong"
-        sentences.append(f"Avoid, at its own step: {_some(silent or bad)}; there {says}.")
-    if new:
-        also = "also " if silent else ""
-        sentences.append(
-            f"At {length_of(new[0])} it is {also}wrong and does not say so under {_some(new)}."
-        )
-    far = _usual_but_far(at)
-    if far:
-        sentences.append(far)
-    if not sentences:
-        sentences.append("Of the measured kinds of input none is to be avoided.")
-    if not bad:
-        sentences.append(f"{outside}.")
-    return " ".join(sentences)
+    known = {(row.group, row.inputs) for row in silent}
+    return {
+        "judged": any(
+            row.valid is not None for row in rows if row.is_at(call, 1.0) and row.group != BEYOND
+        ),
+        "bad": bad,
+        "silent": silent,
+        "silent_at_finer": _worst_first(
+            row for row in finer if row.honest is False and (row.group, row.inputs) not in known
+        ),
+        "usual_but_far": sorted(
+            (row for row in at if row.valid and row.far_off), key=lambda row: -row.error
+        ),
+    }
 
 
 def _worst_first(rows: Iterable[Row]) -> list[Row]:
@@ -140,28 +106,6 @@ def _worst_first(rows: Iterable[Row]) -> list[Row]:
     return sorted(
         rows, key=lambda row: (row.honest is not False, -(row.silent or 0.0), -row.error)
     )
-
-
-def _usual_but_far(rows: Sequence[Row]) -> str:
-    """Name kinds of input whose errors are large, but usual for this FMU; empty without any."""
-    usual = [row for row in rows if row.valid and row.far_off]
-    usual.sort(key=lambda row: -row.error)
-    return f"Under {_some(usual)} its error is usual, but the FMU is {FAR}." if usual else ""
-
-
-def _few(row: Row) -> str:
-    """Say of how few motions a row is, if they are no more than examples."""
-    count = row.trajectories
-    return f", {count} motion{'s' if count > 1 else ''}" if count <= EXAMPLES else ""
-
-
-def _some(rows: Sequence[Row]) -> str:
-    """Name the first kinds with their errors, and count the others."""
-    names = ", ".join(
-        f"{named(row)} ({percent(row.error)}{_few(row)})" for row in rows[:MOST_NAMED]
-    )
-    rest = len(rows) - MOST_NAMED
-    return f"{names} and {rest} more" if rest > 0 else names
 
 
 def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict:

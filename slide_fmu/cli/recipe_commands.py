@@ -245,6 +245,8 @@ def window(
     runs: RunsOption = Path("runs"),
 ) -> None:
     """Measure how long a system remembers its past, and so the window that it needs."""
+    with errors():
+        require_training()
     from slide_fmu.core.figures import plain
     from slide_fmu.core.files import write_whole
     from slide_fmu.memory.sizing import require_window
@@ -280,6 +282,8 @@ def generate(
     executor: ExecutorOption = None,
 ) -> None:
     """Simulate the training data of a recipe. Several programs may share this work."""
+    with errors():
+        require_training()
     from slide_fmu.pipeline.job import open_job
     from slide_fmu.pipeline.stages import generate_recipe
     from slide_fmu.report.console import print_curve

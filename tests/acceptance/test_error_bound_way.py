@@ -113,7 +113,7 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     (row,) = rows_at(finished, "in range", "all kinds", 1.0)
     (line,) = [line for line in card.splitlines() if line.startswith("| in range |")]
     assert f" {100 * row['outputs'][0]['covered']:.3g} % | " in line
-    assert "| held_random | " in card
+    assert "| in range: held_random | " in card
     assert "| multisine | " in card
 
 

@@ -236,7 +236,7 @@ def test_system_is_also_taken_as_the_table_of_a_recipe(tmp_path: Path) -> None:
 SCRIPT = """
 from slide_fmu import learn
 from mbs_models.oscillators import LinearOscillator
-from tests.cli.test_learning import SMALL
+from tests.cli.test_python_calls import SMALL
 print("here")
 system = SYSTEM
 

@@ -132,11 +132,7 @@ def versions_here() -> dict[str, str]:
 
 
 def _require_same_versions(client: Any, address: str) -> None:
-    """Refuse connected workers with other versions.
-
-    Raises:
-        ClusterError: a worker has another version, or lacks this package.
-    """
+    """Refuse connected workers with other versions, or without this package."""
     try:
         of_workers = client.run(versions_here)
     except ModuleNotFoundError as error:

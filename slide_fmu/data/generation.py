@@ -187,13 +187,7 @@ class Tally:
 
 
 def make_ordered(order: Order, wanted: tuple[tuple[str, int], ...]) -> Tally:
-    """Make the wanted trajectories of an order, as ``make_trajectories`` does.
-
-    Raises:
-        LoadError: the system cannot be made here.
-        ClusterError: this machine does not see the folder, or the model is another one here.
-        OSError: as in ``make_trajectories``.
-    """
+    """Make the wanted trajectories of an order, as ``make_trajectories`` does."""
     return make_trajectories(_trajectories_of(order, threading.get_ident()), wanted)
 
 
@@ -238,11 +232,7 @@ def _require_same_model(case: Case, folder: Path, model: str) -> None:
 
 
 def make_trajectories(trajectories: Trajectories, wanted: Sequence[tuple[str, int]]) -> Tally:
-    """Make the trajectories that are wanted, by split and index, unless they are there.
-
-    Raises:
-        OSError: a trajectory cannot be written.
-    """
+    """Make the trajectories that are wanted, by split and index, unless they are there."""
     made = 0
     for split, index in wanted:
         if not trajectories.holds(split, index):  # as it may be by now

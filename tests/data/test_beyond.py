@@ -120,10 +120,10 @@ class Strict(FailingSystem, RandomStates):
 def test_inputs_of_a_stability_test_ask_the_system_for_no_state() -> None:
     wanted, stream = recipe(), Stream(STABILITY, 1, (10.0, 10.0), 6.0)
     for index in range(5):
-        found = draw_inputs(wanted, Strict(), stream, index)
-        assert found.initial is None
+        outer = draw_inputs(wanted, Strict(), stream, index)
+        assert outer.initial is None
         alone = draw(wanted, FailingSystem(), stream, index)
-        np.testing.assert_array_equal(found.inputs, alone.inputs)
+        np.testing.assert_array_equal(outer.inputs, alone.inputs)
 
 
 def test_a_failure_names_the_input_that_is_outside_of_its_range() -> None:
@@ -142,7 +142,7 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     in_range: float, tmp_path: Path
 ) -> None:
     """All of them where none is in range; a run never dies of it."""
-    path = tmp_path / "failing" / "store"
+    path = tmp_path / "failing" / "trajectories"
     wanted = asked(1.0, in_range)
     generate(case_of(wanted), path, None, silent)
     assert all(np.abs(row).max() <= 1.0 for row in values(path, wanted).values())
@@ -156,9 +156,11 @@ def test_trajectories_beyond_that_fail_are_left_out_with_a_remark(
     assert "data.beyond and estimator.beyond" in remark
     assert "lies outside of its range -1..1" in remark
     fine = asked(9.0, in_range)
-    generate(case_of(fine), tmp_path / "fine" / "store", None, silent)
-    assert remark_on_beyond(case_of(fine), tmp_path / "fine" / "store") is None
-    largest = [np.abs(row).max() for key, row in values(tmp_path / "fine" / "store", fine).items()]
+    generate(case_of(fine), tmp_path / "fine" / "trajectories", None, silent)
+    assert remark_on_beyond(case_of(fine), tmp_path / "fine" / "trajectories") is None
+    largest = [
+        np.abs(row).max() for key, row in values(tmp_path / "fine" / "trajectories", fine).items()
+    ]
     assert sum(value > 1.0 for value in largest) == beyond
 
 
@@ -175,11 +177,11 @@ def asked(fail: float, in_range: float = 0.5) -> Recipe:
 def test_failures_in_range_still_end_a_generation(tmp_path: Path) -> None:
     wanted = asked(0.97)
     with refused(SimulationError, "1 may fail", "trajectories could"):
-        generate(case_of(wanted), tmp_path / "store", None, silent)
+        generate(case_of(wanted), tmp_path / "trajectories", None, silent)
 
 
 def test_keys_of_the_range_keep_the_trajectories_within_it(tmp_path: Path) -> None:
-    path, beyond, within = tmp_path / "store", asked(1.2), recipe(1.2, 3)
+    path, beyond, within = tmp_path / "trajectories", asked(1.2), recipe(1.2, 3)
     total = generate(case_of(beyond), path, None, silent)
     before, failed = values(path, beyond), {one.name for one in failures_of(beyond, path)}
     assert failed

@@ -113,14 +113,14 @@ def test_draw_depends_on_recipe_and_index_alone() -> None:
 def test_inputs_of_a_loop_stay_in_their_ranges_and_bend_between_samples(substeps: int) -> None:
     case = case_of(recipe_of(substeps=substeps, excitation=({**SINES, "amplitude": (1.0, 1.0)},)))
     for index in range(4):
-        found = drawn(case, index)
-        assert found.kind == 1
+        motion = drawn(case, index)
+        assert motion.kind == 1
         for channel, signal in enumerate(case.system.inputs):
-            assert np.abs(found.inputs[:, channel]).max() <= signal.high
-            assert np.ptp(found.inputs[:, channel]) > 0.01 * signal.high
+            assert np.abs(motion.inputs[:, channel]).max() <= signal.high
+            assert np.ptp(motion.inputs[:, channel]) > 0.01 * signal.high
         if substeps > 1:
-            assert found.between is not None
-            np.testing.assert_array_equal(found.between[substeps - 1 :: substeps], found.inputs)
+            assert motion.between is not None
+            np.testing.assert_array_equal(motion.between[substeps - 1 :: substeps], motion.inputs)
 
 
 def test_motions_without_a_loop_are_as_without_the_table() -> None:
@@ -148,10 +148,10 @@ def test_loops_that_leave_the_range_are_counted_as_failures(tmp_path: Path) -> N
         loop={**MOVED, "mass": (mass, mass)},
         excitation=(steps,), duration=200.0, train=2, most_failures=1.0,
     )  # fmt: skip
-    store = tmp_path / "trajectories"
+    folder = tmp_path / "trajectories"
     with refused(SimulationError, "trajectories could not be simulated", "leaves its range"):
-        generate(case_of(recipe), store, None, quiet)
-    failures = kept_failures(Trajectories.of(case_of(recipe), store))
+        generate(case_of(recipe), folder, None, quiet)
+    failures = kept_failures(Trajectories.of(case_of(recipe), folder))
     assert "in a loop with a mass of 5 kg, input 'place' leaves its range" in failures[0].error
     assert list((tmp_path / "failures").glob(f"{failures[0].name}-*.csv"))
 
@@ -191,8 +191,8 @@ def test_damper_without_a_spring_is_moved_through_much_of_its_range() -> None:
     outer = np.stack([np.zeros(400), slow], axis=1)
     loop = LoopRecipe(**MOVED)
     closed = ClosedLoop([(loop, Partner(5.0, 0.0, 1.0))], Damper(STEP))
-    found = closed.inputs(outer)[:, 1]
-    assert 10.0 < np.abs(found).max() <= 100.0
+    closed_inputs = closed.inputs(outer)[:, 1]
+    assert 10.0 < np.abs(closed_inputs).max() <= 100.0
 
 
 @pytest.mark.parametrize(

@@ -58,12 +58,12 @@ def scheduler(log_folder: Path) -> Iterator[Any]:
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
             silence_logs="CRITICAL",
-        ) as found:
-            yield found
+        ) as local_cluster:
+            yield local_cluster
 
 
-def address_of(found: Any) -> str:
-    return str(found.scheduler_address).replace("tcp://", "dask://")
+def address_of(local_cluster: Any) -> str:
+    return str(local_cluster.scheduler_address).replace("tcp://", "dask://")
 
 
 def logged(folder: Path) -> list[str]:

@@ -22,7 +22,7 @@ from slide_fmu.data.failures import (
 from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import identity
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.trajectories import Split, Trajectories
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -33,6 +33,7 @@ from tests.marks import first
 from tests.progress import silent
 from tests.recipes import tiny_recipe, whole_recipe
 from tests.refusals import refused
+from tests.trajectories import read_split
 
 TRAIN = 30
 LEVEL = 0.97
@@ -60,26 +61,22 @@ def failures_of(recipe: Recipe, path: Path) -> list[Failure]:
 
 
 @dataclass(frozen=True)
-class Failed:
+class FailedRun:
     """A recipe some of whose trajectories failed, where these are, and these failures."""
 
     recipe: Recipe
-    store: Path
+    folder: Path
     failures: list[Failure]
 
     def inputs(self, failure: Failure) -> Path:
-        (path,) = failures_folder(self.store).glob(f"{failure.name}-*.csv")
+        (path,) = failures_folder(self.folder).glob(f"{failure.name}-*.csv")
         return path
 
 
 @pytest.fixture(scope="module")
-def failed(tmp_path_factory: pytest.TempPathFactory) -> Failed:
-    recipe, store = failing(fail=LEVEL), tmp_path_factory.mktemp("failed") / "store"
-    return Failed(recipe, store, made(recipe, store))
-
-
-def read(recipe: Recipe, path: Path, split: str = "train") -> Split:
-    return Trajectories.of(case_of(recipe), path).read(split)
+def failed(tmp_path_factory: pytest.TempPathFactory) -> FailedRun:
+    recipe, folder = failing(fail=LEVEL), tmp_path_factory.mktemp("failed") / "trajectories"
+    return FailedRun(recipe, folder, made(recipe, folder))
 
 
 def failed_first(recipe: Recipe, level: float) -> list[int]:
@@ -90,12 +87,12 @@ def failed_first(recipe: Recipe, level: float) -> list[int]:
 
 
 @pytest.mark.extended
-def test_another_draw_takes_the_place_of_one_that_fails(failed: Failed) -> None:
+def test_another_draw_takes_the_place_of_one_that_fails(failed: FailedRun) -> None:
     recipe, failures = failed.recipe, failed.failures
     wanted = failed_first(recipe, LEVEL)
     assert 0 < len(wanted) < TRAIN
     assert sorted({f.index for f in failures if f.split == "train"}) == wanted
-    split, system = read(recipe, failed.store), case_of(recipe).system
+    split, system = read_split(recipe, failed.folder, "train"), case_of(recipe).system
     for index in range(TRAIN):
         attempt = len([f for f in failures if f.split == "train" and f.index == index])
         drawn = draw(recipe, system, split_stream(recipe, "train", index), index, attempt)
@@ -106,16 +103,18 @@ def test_another_draw_takes_the_place_of_one_that_fails(failed: Failed) -> None:
 @pytest.mark.extended
 def test_failures_are_the_same_in_worker_processes(tmp_path: Path) -> None:
     recipe = failing(fail=0.97)
-    alone = made(recipe, tmp_path / "alone" / "store")
+    alone = made(recipe, tmp_path / "alone" / "trajectories")
     with process_pool(2) as pool:
-        together = made(recipe, tmp_path / "together" / "store", pool)
+        together = made(recipe, tmp_path / "together" / "trajectories", pool)
     assert alone == together
     for name in ("train", "validation"):
-        one, other = (read(recipe, tmp_path / f / "store", name) for f in ("alone", "together"))
+        one, other = (
+            read_split(recipe, tmp_path / f / "trajectories", name) for f in ("alone", "together")
+        )
         np.testing.assert_array_equal(one.inputs, other.inputs)
 
 
-def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: Failed) -> None:
+def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: FailedRun) -> None:
     recipe, failure = failed.recipe, failed.failures[0]
     assert failure.time_s is not None
     assert failure.error == f"no solution at t = {failure.time_s:g} s"
@@ -129,7 +128,7 @@ def test_a_failure_is_kept_with_its_time_its_inputs_and_what_was_said(failed: Fa
     assert table[round(failure.time_s / 0.1), 1] > LEVEL
 
 
-def test_inputs_that_failed_can_drive_a_recipe(failed: Failed) -> None:
+def test_inputs_that_failed_can_drive_a_recipe(failed: FailedRun) -> None:
     failure = failed.failures[0]
     path = failed.inputs(failure)
     values = failed.recipe.model_dump(mode="json")
@@ -144,9 +143,9 @@ def test_inputs_that_failed_can_drive_a_recipe(failed: Failed) -> None:
 
 def test_an_output_that_is_no_number_is_a_failure(tmp_path: Path) -> None:
     recipe = failing(broken=0.97)
-    failures = made(recipe, tmp_path / "store")
+    failures = made(recipe, tmp_path / "trajectories")
     assert "output 'position' = nan m in sample " in failures[0].error
-    assert np.isfinite(read(recipe, tmp_path / "store").outputs).all()
+    assert np.isfinite(read_split(recipe, tmp_path / "trajectories", "train").outputs).all()
 
 
 def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) -> None:
@@ -156,47 +155,47 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
         r"\d+ trajectories could not be simulated, 1 may fail.*failures has the inputs.*train_"
     )
     with pytest.raises(SimulationError, match=expected):
-        made(recipe, tmp_path / "store")
-    before = len(failures_of(recipe, tmp_path / "store"))
+        made(recipe, tmp_path / "trajectories")
+    before = len(failures_of(recipe, tmp_path / "trajectories"))
     more = failing(0.9, fail=0.9)  # allowed more, it goes on where it was
-    assert len(made(more, tmp_path / "store")) > before
-    assert len(read(more, tmp_path / "store").inputs) == TRAIN
+    assert len(made(more, tmp_path / "trajectories")) > before
+    assert len(read_split(more, tmp_path / "trajectories", "train").inputs) == TRAIN
 
 
 @pytest.mark.extended
 def test_a_corrected_model_is_simulated_again_where_the_former_one_failed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    recipe, store = failing(0.02, fail=LEVEL), tmp_path / "store"
+    recipe, folder = failing(0.02, fail=LEVEL), tmp_path / "trajectories"
     for _ in range(2):
         with refused(SimulationError, "trajectories could not be simulated"):
-            made(recipe, store)
+            made(recipe, folder)
     known = identity(case_of(recipe).source, recipe)  # a change elsewhere does not show in it
     monkeypatch.setattr(trajectories, "identity", lambda *_: known)
     monkeypatch.setattr(
         FailingSystem, "simulate", lambda _, inputs: np.vstack([inputs[:1], inputs])
     )
-    assert made(recipe, store) == []
-    assert len(read(recipe, store).inputs) == TRAIN
+    assert made(recipe, folder) == []
+    assert len(read_split(recipe, folder, "train").inputs) == TRAIN
 
 
 def test_a_system_that_always_fails_ends_the_generation(tmp_path: Path) -> None:
     recipe = failing(0.1, fail=-1.0)
     with refused(SimulationError, "no solution"):
-        made(recipe, tmp_path / "store")
+        made(recipe, tmp_path / "trajectories")
 
 
-def test_a_damaged_file_of_a_failure_is_named(failed: Failed, tmp_path: Path) -> None:
-    shutil.copytree(failures_folder(failed.store), tmp_path / "failures")
+def test_a_damaged_file_of_a_failure_is_named(failed: FailedRun, tmp_path: Path) -> None:
+    shutil.copytree(failures_folder(failed.folder), tmp_path / "failures")
     path = next((tmp_path / "failures").glob("*.json"))
     path.write_text('{"split": "train"', encoding="utf-8")
     with refused(DamagedFileError, f"{path.name} is damaged", "remove it"):
-        failures_of(failed.recipe, tmp_path / "store")
+        failures_of(failed.recipe, tmp_path / "trajectories")
 
 
-def test_failures_of_other_values_do_not_count(failed: Failed) -> None:
-    assert failures_of(failing(fail=LEVEL), failed.store) == failed.failures
-    assert failures_of(failing(fail=2.0), failed.store) == []
+def test_failures_of_other_values_do_not_count(failed: FailedRun) -> None:
+    assert failures_of(failing(fail=LEVEL), failed.folder) == failed.failures
+    assert failures_of(failing(fail=2.0), failed.folder) == []
 
 
 @pytest.mark.extended
@@ -204,7 +203,7 @@ def test_a_crash_in_a_worker_is_told_with_the_model(tmp_path: Path) -> None:
     recipe = failing(crash=0.99)
     expected = "FailingSystem.*ended the process that simulated it: its library crashed"
     with process_pool(1) as pool, pytest.raises(SimulationError, match=expected):
-        made(recipe, tmp_path / "store", pool)
+        made(recipe, tmp_path / "trajectories", pool)
 
 
 @pytest.mark.parametrize("crash", first([9.0, -1.0]))

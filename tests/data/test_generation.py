@@ -191,14 +191,14 @@ class Scene:
     def processes(self) -> list[int]:
         """Ids of living processes that were started here; they inherit the environment."""
         mark = f"{LOG}={self.log}".encode()
-        found = []
+        processes = []
         for folder in Path("/proc").iterdir():
             try:
                 if folder.name.isdigit() and mark in (folder / "environ").read_bytes():
-                    found.append(int(folder.name))
+                    processes.append(int(folder.name))
             except OSError:
                 continue
-        return found
+        return processes
 
     def done(self) -> set[str]:
         """Identities of the trajectories that are there."""

@@ -69,8 +69,8 @@ def test_program_that_crashes_leaves_no_files(
 
 def test_system_given_as_an_object_crosses_with_its_case() -> None:
     inputs = np.linspace(0.0, 1.0, 5)[:, None]
-    found = call_isolated(outputs_of, case_of_object(Lag()), inputs)
-    np.testing.assert_array_equal(found, Lag().simulate(inputs))
+    outputs = call_isolated(outputs_of, case_of_object(Lag()), inputs)
+    np.testing.assert_array_equal(outputs, Lag().simulate(inputs))
 
 
 def test_system_that_may_crash_is_named_and_others_are_simulated_here() -> None:

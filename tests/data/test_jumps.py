@@ -84,7 +84,7 @@ def true_positions(one: Draw) -> FloatArray:
     assert one.jumps is not None
     last = one.inputs[0]
     x = np.array([(last[0] + 0.5 * last[1]) / 9.0, 0.0])
-    found = [x[0]]
+    positions = [x[0]]
     for row, at in zip(one.inputs, one.jumps, strict=True):
         assert np.array_equal(np.isnan(at), row == last)  # constant but for jumps
         times = [0.0, *np.sort(at[~np.isnan(at)]), 1.0]
@@ -95,13 +95,13 @@ def true_positions(one: Draw) -> FloatArray:
                 return [x[1], u[0] + 0.5 * u[1] - 9.0 * x[0] - 0.8 * x[1]]
 
             x = solve_ivp(rates, (0, STEP * (end - begin)), x, rtol=1e-9, atol=1e-12).y[:, -1]
-        found.append(x[0])
+        positions.append(x[0])
         last = row
-    return np.array(found)[:, None]
+    return np.array(positions)[:, None]
 
 
-def relative(found: FloatArray, true: FloatArray) -> float:
-    return float(np.std(found - true) / np.std(true))
+def relative(outputs: FloatArray, true: FloatArray) -> float:
+    return float(np.std(outputs - true) / np.std(true))
 
 
 @pytest.mark.parametrize(("text", "tolerance"), [(FUNCTION, 1e-5), (WHOLE, 0.02)])
@@ -120,10 +120,10 @@ def test_model_sees_jumps_at_their_times_within_a_step(
 def test_jumps_are_drawn_at_any_time_of_a_step(model: Path) -> None:
     made = recipe(model, jumps=True)
     times = np.concatenate([drawn(made, index).jumps for index in range(20)])  # type: ignore[misc]
-    found = times[~np.isnan(times)]
-    assert len(found) > 300
-    counts = np.histogram(found, 4, (0.0, 1.0))[0]
-    assert counts.min() > 0.6 * len(found) / 4
+    jumping = times[~np.isnan(times)]
+    assert len(jumping) > 300
+    counts = np.histogram(jumping, 4, (0.0, 1.0))[0]
+    assert counts.min() > 0.6 * len(jumping) / 4
 
 
 def test_recipe_without_jumps_draws_the_same_samples(model: Path) -> None:
@@ -184,8 +184,8 @@ def compare_with_finer_held_inputs(system: System, held: System, tolerance: floa
     jumps = np.where(inputs != before, rng.integers(0, 4, inputs.shape) / 4, np.nan)
     late = np.arange(4) / 4 < jumps  # of a part of each step, (N, 4)
     true = simulate(held, np.where(late, before, inputs).reshape(-1, 1)).outputs[::4]
-    found = simulate_jumping(system, inputs, jumps)
-    assert relative(found[:, :1], true[:, :1]) < tolerance
+    outputs = simulate_jumping(system, inputs, jumps)
+    assert relative(outputs[:, :1], true[:, :1]) < tolerance
     straight = simulate(system, inputs).outputs
     assert relative(straight[:, :1], true[:, :1]) > 10 * tolerance
 

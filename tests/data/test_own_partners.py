@@ -113,11 +113,11 @@ def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:
 @pytest.mark.extended
 def test_partner_that_drives_its_input_on_is_left_out_and_counted(tmp_path: Path) -> None:
     loop = {**body(tmp_path), "ranges": {"sign": (-1.0, -1.0), "k": (100.0, 100.0)}}
-    case, store = case_of(recipe_of(loop=loop, most_failures=1.0)), tmp_path / "trajectories"
+    case, folder = case_of(recipe_of(loop=loop, most_failures=1.0)), tmp_path / "trajectories"
     words = ["model", "leaves its range", "1000 times smaller", "correct the sign"]
     with refused(SimulationError, *words):
-        generate(case, store, None, quiet)
-    assert len(kept_failures(Trajectories.of(case, store))) > 1
+        generate(case, folder, None, quiet)
+    assert len(kept_failures(Trajectories.of(case, folder))) > 1
 
 
 def test_change_of_a_partner_is_a_change_of_the_data(tmp_path: Path) -> None:
@@ -250,8 +250,8 @@ def test_own_spring_deforms_as_a_simple_one(tmp_path: Path) -> None:
         output="place", input="push", weight=1.0, partner=str(path), through=("way", "pull")
     )
     simple = LoopRecipe(**DEFORMED)
-    found, expected = (
+    inputs, expected = (
         free_vibration(loop, Oscillator(STEP), Partner(0.0, 900.0, 0.0), 20.0)
         for loop in (own, simple)
     )
-    np.testing.assert_allclose(found, expected, atol=1e-6)
+    np.testing.assert_allclose(inputs, expected, atol=1e-6)

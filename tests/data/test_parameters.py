@@ -30,16 +30,16 @@ def recipe(**changes: Any) -> Recipe:
 
 def values(split: str, count: int, table: Recipe | None = None) -> np.ndarray:  # type: ignore[type-arg]
     wanted = table or recipe()
-    found = [
+    points = [
         drawn_parameters(wanted, split_stream(wanted, split, index), index)
         for index in range(count)
     ]
-    return np.array([list(point.values()) for point in found])
+    return np.array([list(point.values()) for point in points])
 
 
 def test_values_to_learn_from_go_beyond_the_ranges_as_far_as_is_asked_for() -> None:
-    found = values("train", 128, recipe(parameters=BEYOND))
-    lows, highs = found.min(axis=0), found.max(axis=0)
+    drawn = values("train", 128, recipe(parameters=BEYOND))
+    lows, highs = drawn.min(axis=0), drawn.max(axis=0)
     assert np.all(lows < [1.0, 1000.0])
     assert np.all(lows > [0.9, 960.0])
     assert np.all(highs > [4.0, 1600.0])
@@ -51,13 +51,13 @@ def test_values_to_learn_from_go_beyond_the_ranges_as_far_as_is_asked_for() -> N
 def test_all_other_values_stay_within_the_ranges(split: str, tables: dict[str, Any]) -> None:
     if tables is BEYOND and split in ("train", "beyond"):
         return
-    found = values(split, 64, recipe(parameters=tables))
-    assert np.all((found >= [1.0, 1000.0]) & (found <= [4.0, 1600.0]))
+    drawn = values(split, 64, recipe(parameters=tables))
+    assert np.all((drawn >= [1.0, 1000.0]) & (drawn <= [4.0, 1600.0]))
 
 
 def test_values_are_even_in_the_transform() -> None:
-    found = values("validation", 64)
-    shares = np.log(found[:, 0]) / np.log(4.0)
+    drawn = values("validation", 64)
+    shares = np.log(drawn[:, 0]) / np.log(4.0)
     assert np.histogram(shares, 8, (0, 1))[0].tolist() == [8] * 8
 
 

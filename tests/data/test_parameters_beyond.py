@@ -69,9 +69,9 @@ order = 1
 
 
 def gains(recipe: Recipe, path: Path, split: str = "train") -> FloatArray:
-    found = Trajectories.of(case_of(recipe), path).read(split).parameters
-    assert found is not None
-    return found[:, 0]
+    values = Trajectories.of(case_of(recipe), path).read(split).parameters
+    assert values is not None
+    return values[:, 0]
 
 
 def parsed(path: Path) -> Recipe:
@@ -80,30 +80,30 @@ def parsed(path: Path) -> Recipe:
 
 @pytest.mark.extended
 def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
-    recipe, store = parsed(lag(tmp_path)), tmp_path / "run" / "store"
-    assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
-    assert kept_failures(Trajectories.of(case_of(recipe), store)) == []
-    assert 1.8 < gains(recipe, store).max() <= 2.0
+    recipe, folder = parsed(lag(tmp_path)), tmp_path / "run" / "trajectories"
+    assert generate(case_of(recipe), folder, None, silent) == TRAIN + 2
+    assert kept_failures(Trajectories.of(case_of(recipe), folder)) == []
+    assert 1.8 < gains(recipe, folder).max() <= 2.0
 
 
 @pytest.mark.extended
 def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_path: Path) -> None:
-    recipe, store = parsed(lag(tmp_path, table="beyond = 0.2")), tmp_path / "run" / "store"
+    recipe, folder = parsed(lag(tmp_path, table="beyond = 0.2")), tmp_path / "run" / "trajectories"
     asked = [
         drawn_parameters(recipe, split_stream(recipe, "train", index), index)["gain"]
         for index in range(TRAIN)
     ]
     lost = {index for index, value in enumerate(asked) if value > 2.0}
     assert lost
-    assert generate(case_of(recipe), store, None, silent) == TRAIN + 2
-    failures, made = kept_failures(Trajectories.of(case_of(recipe), store)), gains(recipe, store)
+    assert generate(case_of(recipe), folder, None, silent) == TRAIN + 2
+    failures, made = kept_failures(Trajectories.of(case_of(recipe), folder)), gains(recipe, folder)
     assert {failure.index for failure in failures} == lost
     assert len(failures) == BEYOND_ATTEMPTS * len(lost)
     assert all(is_beyond(recipe, failure.name) for failure in failures)
     assert all(f"(with gain = {asked[one.index]:g})" in one.error for one in failures)
     assert all((made[index] == asked[index]) == (index not in lost) for index in range(TRAIN))
     assert made.max() <= 2.0
-    remark = remark_on_beyond(case_of(recipe), store)
+    remark = remark_on_beyond(case_of(recipe), folder)
     assert remark is not None
     assert remark.startswith(f"{len(lost)} trajectories with values beyond the ranges of the par")
     assert "parameters.gain.beyond asks for" in remark
@@ -113,10 +113,10 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
 @pytest.mark.extended
 def test_data_beyond_the_range_are_made_where_the_model_allows(tmp_path: Path) -> None:
     recipe = parsed(lag(tmp_path, 3.0, "beyond = 0.2"))
-    generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
-    assert gains(recipe, tmp_path / "run" / "store").max() > 2.0
-    assert gains(recipe, tmp_path / "run" / "store", "validation").max() <= 2.0
-    assert remark_on_beyond(case_of(recipe), tmp_path / "run" / "store") is None
+    generate(case_of(recipe), tmp_path / "run" / "trajectories", None, silent)
+    assert gains(recipe, tmp_path / "run" / "trajectories").max() > 2.0
+    assert gains(recipe, tmp_path / "run" / "trajectories", "validation").max() <= 2.0
+    assert remark_on_beyond(case_of(recipe), tmp_path / "run" / "trajectories") is None
 
 
 def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path: Path) -> None:
@@ -127,8 +127,8 @@ def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path:
     recipe = parsed(path)
     expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
     with pytest.raises(SimulationError, match=expected):
-        generate(case_of(recipe), tmp_path / "run" / "store", None, silent)
-    failures = kept_failures(Trajectories.of(case_of(recipe), tmp_path / "run" / "store"))
+        generate(case_of(recipe), tmp_path / "run" / "trajectories", None, silent)
+    failures = kept_failures(Trajectories.of(case_of(recipe), tmp_path / "run" / "trajectories"))
     assert not any(is_beyond(recipe, one.name) for one in failures)
 
 
@@ -163,7 +163,7 @@ def test_values_of_the_released_recipe_go_beyond_the_range(tmp_path: Path) -> No
         "slider_mass": 0.05
     }
     stream = split_stream(job.recipe, "train", 0)
-    found = [drawn_parameters(job.recipe, stream, index)["slider_mass"] for index in range(96)]
-    np.testing.assert_allclose([min(found), max(found)], [0.45, 1.55], atol=0.02)
-    assert min(found) < 0.5 - RANGE_SLACK
-    assert max(found) > 1.5 + RANGE_SLACK
+    masses = [drawn_parameters(job.recipe, stream, index)["slider_mass"] for index in range(96)]
+    np.testing.assert_allclose([min(masses), max(masses)], [0.45, 1.55], atol=0.02)
+    assert min(masses) < 0.5 - RANGE_SLACK
+    assert max(masses) > 1.5 + RANGE_SLACK

@@ -43,25 +43,25 @@ def test_a_first_draw_at_rest_is_not_the_probe() -> None:
     system = case_of(recipe).system
     first = draw(recipe, system, Stream(PROBE, recipe.data.seed, (1.0, 1.0), 2.5), 0).inputs[:50]
     assert np.ptp(first) == 0.0
-    found = list(probe_draws(recipe, system))
-    assert len(found) == PROBE_ATTEMPTS
-    assert all(drawn.inputs.shape == (50, 1) and np.ptp(drawn.inputs) > 0.0 for drawn in found)
+    draws = list(probe_draws(recipe, system))
+    assert len(draws) == PROBE_ATTEMPTS
+    assert all(drawn.inputs.shape == (50, 1) and np.ptp(drawn.inputs) > 0.0 for drawn in draws)
 
 
 @pytest.mark.extended
 def test_model_that_changed_at_other_values_of_a_parameter_alone_is_another_one(
     tmp_path: Path,
 ) -> None:
-    model, found = tmp_path / "lag.py", []
+    model, answers = tmp_path / "lag.py", []
     for exponent in (0, 0, 2):
         model.write_text(MODEL.replace("EXPONENT", str(exponent)), encoding="utf-8")
         text = TEXT.replace(str(HERE / "first_order_lag.py"), str(model))
         text = text.replace("parameters = { time_constant = TIME }", "")
         text += "\n[parameters.mass]\nrange = [1.0, 3.0]\nstart = 1.0\n"
         recipe = parse_open_recipe(text, "recipe").guess
-        found.append(identity(case_of(recipe).source, recipe))
-    assert same_motion(found[0], found[1])
-    assert not same_motion(found[0], found[2])
+        answers.append(identity(case_of(recipe).source, recipe))
+    assert same_motion(answers[0], answers[1])
+    assert not same_motion(answers[0], answers[2])
 
 
 MODEL = """

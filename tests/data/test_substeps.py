@@ -65,12 +65,12 @@ def true_positions(model: str) -> FloatArray:
     start = [one.between[0, 0] / 9.0, 0.0]  # at rest under the first input
     time = STEP / 8 * np.arange(len(one.between) + 1)
     force = np.append(one.between[:1, 0], one.between[:, 0])
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, x: [x[1], np.interp(t, time, force) - 9.0 * x[0] - 0.8 * x[1]],
         (0.0, time[-1]), start, t_eval=time[::8], rtol=1e-8, atol=1e-10,
         max_step=STEP / 8,
     )  # fmt: skip
-    return np.asarray(found.y[:1].T)
+    return np.asarray(solution.y[:1].T)
 
 
 @pytest.mark.extended
@@ -79,9 +79,9 @@ def test_finer_steps_show_the_model_how_sines_bend(model: str) -> None:
     errors = {}
     for substeps in (1, 4):
         made, true = recipe(model, SINE, substeps), true_positions(model)
-        found = drawn_outputs(case_of(made).system, drawn(made))
-        settled = slice(len(found) // 2, None)
-        errors[substeps] = np.std((found - true)[settled]) / np.std(true[settled])
+        outputs = drawn_outputs(case_of(made).system, drawn(made))
+        settled = slice(len(outputs) // 2, None)
+        errors[substeps] = np.std((outputs - true)[settled]) / np.std(true[settled])
     assert errors[1] > 0.015
     assert errors[4] < errors[1] / 10
 
@@ -162,9 +162,9 @@ def test_rates_of_inputs_that_bend_are_those_of_the_moment(model: str) -> None:
     Path(model).write_text(RATES)
     one = drawn(recipe(model, SINE, 8))
     assert one.between is not None
-    found = drawn_outputs(case_of(recipe(model, SINE, 8)).system, one)[
+    outputs = drawn_outputs(case_of(recipe(model, SINE, 8)).system, one)[
         2:-1, 0
     ]  # the first step begins at rest
     # central differences about the samples, an eighth of a step to both sides
     true = (one.between[16::8, 0] - one.between[14:-2:8, 0]) / (2 * STEP / 8)
-    np.testing.assert_allclose(found, true, atol=1e-2 * np.abs(true).max())
+    np.testing.assert_allclose(outputs, true, atol=1e-2 * np.abs(true).max())

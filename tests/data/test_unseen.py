@@ -24,11 +24,11 @@ STREAM = Stream(TEST, 3, (1.0, 1.0), 1.0)
 
 def test_motions_are_the_draws_with_what_the_reference_does_on_them() -> None:
     recipe, calls = tiny_recipe(), []
-    found = list(
+    motions = list(
         unseen_motions(recipe, case_of(recipe).reference, STREAM, 2, lambda *a: calls.append(a))
     )
     system = case_of(recipe).reference
-    for index, motion in enumerate(found):
+    for index, motion in enumerate(motions):
         drawn = draw(recipe, system, STREAM, index)
         np.testing.assert_array_equal(motion.inputs, drawn.inputs)
         outputs = simulate(system, drawn.inputs, drawn.initial).outputs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import pytest
@@ -59,13 +59,47 @@ def drawn(count: int, n_inputs: int) -> FloatArray:
 
 def go(native: Native, lengths: Iterable[float], inputs: FloatArray, first: int = 1) -> FloatArray:
     """Steps from the present on, lengths in h; output variables after each."""
-    time, rows, count = native.time(), [], len(inputs[0])
-    for length, row in zip(lengths, inputs, strict=True):
+    count = inputs.shape[1]
+    return go_and_read(native, lengths, inputs, lambda _: native.get(count, first))
+
+
+def go_and_read(
+    native: Native,
+    lengths: Iterable[float],
+    inputs: FloatArray,
+    read: Callable[[int], list[float]],
+) -> FloatArray:
+    """Steps from the present on, lengths in h; what is read after each, by its number."""
+    time, rows = native.time(), []
+    for k, (length, row) in enumerate(zip(lengths, inputs, strict=True)):
         assert native.set(*row) == OK
         assert native.do_step(time, length * STEP) == OK, native.messages
-        rows.append(native.get(count, first))
+        rows.append(read(k))
         time += length * STEP
     return np.array(rows)
+
+
+def outputs_of_steps(native: Native, rows: FloatArray, length: float) -> FloatArray:
+    """Two inputs a row, a step of a length in h after each: the two outputs, shape (N, 2)."""
+    return go(native, [length] * len(rows), rows, 2)
+
+
+def outputs_and_some(
+    native: Native,
+    lengths: Iterable[float],
+    reads: Callable[[int], bool],
+    read: Callable[[], list[float]],
+) -> tuple[FloatArray, dict[int, list[float]]]:
+    """Steps under made-up inputs: both outputs after each, and what is read after some."""
+    lengths, some = list(lengths), dict[int, list[float]]()
+
+    def look(k: int) -> list[float]:
+        outputs = native.get(2, 2)
+        if reads(k):
+            some[k] = read()
+        return outputs
+
+    return go_and_read(native, lengths, drawn(200, 2)[: len(lengths)], look), some
 
 
 LASTING = CellShape(states=4, contraction=0.85, units=6)

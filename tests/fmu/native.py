@@ -10,10 +10,8 @@ from pathlib import Path
 from typing import final
 
 import fmpy
-import numpy as np
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
-from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -217,16 +215,6 @@ class Loaded:
         )
         self.instances.append(made)
         return made
-
-
-def outputs_of_steps(native: Native, rows: FloatArray, length: float) -> FloatArray:
-    """Two inputs a row, a step of a length in h after each: the two outputs, shape (N, 2)."""
-    outputs = []
-    for row in rows:
-        assert native.set(*row) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        outputs.append(native.get(2, 2))
-    return np.array(outputs)
 
 
 Load = Callable[[Surrogate], Loaded]

@@ -16,7 +16,8 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.native import NativeSurrogate
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import Load, outputs_of_steps
+from tests.fmu.any_step import outputs_of_steps
+from tests.fmu.native import Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 RIGHT = 0.5 * np.pi

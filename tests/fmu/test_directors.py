@@ -13,7 +13,8 @@ from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import Angle, FloatArray, Hold, Signal
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Load, outputs_of_steps
+from tests.fmu.any_step import outputs_of_steps
+from tests.fmu.native import DISCARD, ERROR, OK, Load
 from tests.fmu.plain import Resampling
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 

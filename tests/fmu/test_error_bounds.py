@@ -17,6 +17,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
+from tests.fmu.any_step import outputs_and_some
 from tests.fmu.moving_inputs import Moving
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
@@ -92,15 +93,7 @@ def go(
     native: Native, surrogate: Surrogate, lengths: Iterable[float], reads: Callable[[int], bool]
 ) -> tuple[FloatArray, dict[int, list[float]]]:
     """Steps under made-up inputs: all outputs, and what is read where it is read."""
-    outputs, found = [], {}
-    inputs = np.random.default_rng(9).uniform(-2, 3, (200, 2))
-    for k, length in enumerate(lengths):
-        assert native.set(*inputs[k]) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        outputs.append(native.get(2, 2))
-        if reads(k):
-            found[k] = read(native, surrogate)
-    return np.array(outputs), found
+    return outputs_and_some(native, lengths, reads, lambda: read(native, surrogate))
 
 
 def within(found: object, expected: object) -> None:

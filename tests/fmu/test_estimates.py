@@ -10,6 +10,7 @@ import pytest
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import ERROR_TOLERANCE
+from tests.fmu.any_step import outputs_and_some
 from tests.fmu.native import ERROR, OK, Load, Native
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
@@ -37,15 +38,7 @@ def go(
     native: Native, lengths: Iterable[float], reads: Callable[[int], bool]
 ) -> tuple[FloatArray, dict[int, list[float]]]:
     """Steps under made-up inputs: all outputs, and the estimates where they are read."""
-    outputs, estimates = [], {}
-    inputs = np.random.default_rng(9).uniform(-2, 3, (200, 2))
-    for k, length in enumerate(lengths):
-        assert native.set(*inputs[k]) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        outputs.append(native.get(2, 2))
-        if reads(k):
-            estimates[k] = native.get(4, 2)
-    return np.array(outputs), estimates
+    return outputs_and_some(native, lengths, reads, lambda: native.get(4, 2))
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)

@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.any_step import ESTIMATE_TOLERANCE, LASTING, NAMES, PATTERNS, SHAPES, n_phases
+from tests.fmu.any_step import ESTIMATE_TOLERANCE, LASTING, NAMES, PATTERNS, SHAPES, go, n_phases
 from tests.fmu.derivatives import ROUNDED, derivative, surrogate_of
 from tests.fmu.future import future
 from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
@@ -37,13 +37,11 @@ def moving(shape: Shape) -> Surrogate:
     return forecasting(random_surrogate(dataclasses.replace(shape, hold="first_order")))
 
 
-def go(native: Native, surrogate: Surrogate, lengths: list[float], rows: FloatArray) -> FloatArray:
-    found = []
-    for length, row in zip(lengths, rows, strict=True):
-        assert native.set(*row) == OK
-        assert native.do_step(native.time(), length * STEP) == OK, native.messages
-        found.append(native.get(len(surrogate.inputs), 2 * len(surrogate.outputs)))
-    return np.array(found)
+def outputs_of(
+    native: Native, surrogate: Surrogate, lengths: list[float], rows: FloatArray
+) -> FloatArray:
+    """Outputs and error estimates after each step."""
+    return go(native, lengths, rows, 2 * len(surrogate.outputs))
 
 
 def what_follows(native: Native, surrogate: Surrogate) -> list[object]:
@@ -61,7 +59,7 @@ def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
     surrogate = moving(shape)
     lengths = ({"whole": [1.0], "double": [2.0], **PATTERNS}[pattern] * STEPS)[:STEPS]
     rows, oracle = moving_inputs(surrogate, STEPS), Moving(surrogate)
-    found = go(load(surrogate).instance().start(), surrogate, lengths, rows)
+    found = outputs_of(load(surrogate).instance().start(), surrogate, lengths, rows)
     n = len(surrogate.outputs)
     for k, (length, row) in enumerate(zip(lengths, rows, strict=True)):
         outputs, estimates = oracle.step(length * STEP, row).results()
@@ -80,7 +78,7 @@ def test_step_gives_what_a_record_gives_that_ends_with_the_forecast(load: Load) 
     """A cell that remembers longer than its window: states take turns as in a record."""
     surrogate = moving(Shape(n_inputs=2, n_outputs=2, cell=LASTING, differences=1))
     rows, oracle = moving_inputs(surrogate, 40), Moving(surrogate)
-    found = go(load(surrogate).instance().start(), surrogate, [1.0] * 40, rows)
+    found = outputs_of(load(surrogate).instance().start(), surrogate, [1.0] * 40, rows)
     for k, row in enumerate(rows):
         goal = oracle.step(STEP, row).goal
         expected = surrogate.predict_newest(np.vstack([rows[: k + 1], goal]))[-1]
@@ -100,8 +98,8 @@ def test_inputs_at_the_step_end_need_no_forecast(load: Load, start: int) -> None
     if not start:
         set_at_step_end(native, 1.0)
     assert get_at_step_end(native.start()) == 1.0
-    expected = go(other.start(), without, lengths, rows)
-    np.testing.assert_array_equal(go(native, own, lengths, rows), expected)
+    expected = outputs_of(other.start(), without, lengths, rows)
+    np.testing.assert_array_equal(outputs_of(native, own, lengths, rows), expected)
 
 
 def set_at_step_end(native: Native, value: float, status: int = OK) -> None:
@@ -190,10 +188,10 @@ def test_state_saved_within_a_forecast_goes_on_in_another_instance(
     surrogate = forecasting(surrogate_of("differences", family, hold="first_order"))
     loaded, rows = load(surrogate), moving_inputs(surrogate, 30)
     one, other = loaded.instance().start(), loaded.instance()
-    go(one, surrogate, [length] * 10, rows[:10])
+    outputs_of(one, surrogate, [length] * 10, rows[:10])
     assert other.restore(one.save()) == OK
-    expected = go(one, surrogate, [length] * 20, rows[10:])
-    np.testing.assert_array_equal(go(other, surrogate, [length] * 20, rows[10:]), expected)
+    expected = outputs_of(one, surrogate, [length] * 20, rows[10:])
+    np.testing.assert_array_equal(outputs_of(other, surrogate, [length] * 20, rows[10:]), expected)
 
 
 @pytest.mark.parametrize("lengths", [[1.0], [3.0, 1.0], [0.6], [0.6, 1.0], [1.0, 0.6]])
@@ -207,7 +205,7 @@ def test_failed_step_leaves_no_trace_of_it(
     if cell is not None:
         surrogate = moving(Shape(cell=cell, differences=2, positions=2))
     native, row = load(surrogate).instance().start(), moving_inputs(surrogate, 20)
-    go(native, surrogate, (lengths * n_before)[:n_before], row[:n_before])
+    outputs_of(native, surrogate, (lengths * n_before)[:n_before], row[:n_before])
     assert native.set(3e38) == OK
     expected = what_follows(native, surrogate)
     assert native.do_step(native.time(), (lengths * 8)[n_before] * STEP) == ERROR
@@ -226,7 +224,7 @@ def test_step_from_a_state_with_a_wrong_counter_ends(load: Load) -> None:
     native, rows = load(surrogate).instance().start(), moving_inputs(surrogate, 9)
     saved = []
     for row in rows:
-        go(native, surrogate, [1.0], row[None])
+        outputs_of(native, surrogate, [1.0], row[None])
         data = native.save()
         saved.append(np.frombuffer(data, "<u8", count=len(data) // 8))
     counters = np.flatnonzero(saved[-1] - saved[-2] == 1)
@@ -256,7 +254,7 @@ def test_initial_inputs_come_a_sample_step_before_the_first_value(
     place = [v.name for v in fmu_variables(surrogate)].index("prehistory_known")
     assert knowing.set(1.0, *rows[0], first=place) == OK
     knowing.start()
-    go(earlier, surrogate, [1.0], rows[:1])
+    outputs_of(earlier, surrogate, [1.0], rows[:1])
     assert knowing.set(*rows[1]) == OK
     at_start = Resampling(surrogate)
     at_start.append(STEP, rows[0])
@@ -270,8 +268,8 @@ def test_initial_inputs_come_a_sample_step_before_the_first_value(
     )
     np.testing.assert_allclose(slopes, expected_slopes, rtol=2e-2, atol=1e-3)
     assert knowing.set(*rows[1]) == OK
-    expected = go(earlier, surrogate, [1.0] * 11, rows[1:])
-    found, m = go(knowing, surrogate, [1.0] * 11, rows[1:]), len(surrogate.outputs)
+    expected = outputs_of(earlier, surrogate, [1.0] * 11, rows[1:])
+    found, m = outputs_of(knowing, surrogate, [1.0] * 11, rows[1:]), len(surrogate.outputs)
     np.testing.assert_allclose(found[:, :m], expected[:, :m], rtol=0, atol=1e-5)
 
 

@@ -12,8 +12,9 @@ from slide_fmu.core.signals import Hold
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import PREHISTORY_KNOWN
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.any_step import outputs_of_steps
 from tests.fmu.derivatives import derivatives
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Native, outputs_of_steps
+from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
 SHAPES = {

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from tests.bounded import bounded_surrogate
-from tests.fmu.any_step import FORGETFUL
+from tests.fmu.any_step import FORGETFUL, go
 from tests.fmu.derivatives import derivative
 from tests.fmu.native import OK, Load, Native
 from tests.fmu.samples import STEP, Shape, random_surrogate
@@ -28,11 +28,8 @@ def of_first(surrogate_shape: Shape, values: list[float]) -> FloatArray:
 
 def goes(native: Native, rows: FloatArray, parts: int, count: int) -> list[list[float]]:
     """Values of so many variables after steps of a part of h."""
-    found = []
-    for row in rows:
-        assert native.set(*row) == native.do_step(native.time(), STEP / parts) == OK
-        found.append(native.get(2, count))
-    return found
+    values: list[list[float]] = go(native, [1 / parts] * len(rows), rows, count).tolist()
+    return values
 
 
 @pytest.mark.parametrize("rest", [6.0, 12.0])

@@ -23,9 +23,10 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries import sources
 from slide_fmu.fmu.libraries.build import WARNINGS, BuildError
 from slide_fmu.surrogate.surrogate import Surrogate
+from tests.fmu.any_step import go
 from tests.fmu.driver import host_compilers, run_compiler
-from tests.fmu.native import OK, Loaded, Native
-from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
+from tests.fmu.native import Loaded, Native
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.refusals import refused
 
 SHAPES = {
@@ -61,16 +62,11 @@ def compiled(loaded: Loaded, library: Path, *flags: str) -> Path:
 
 def run(native: Native, n_inputs: int, n_results: int) -> FloatArray:
     """Results along random inputs, shape (40, n_results); every seventh step is another one."""
-    rng, time, rows = np.random.default_rng(3), 0.0, []
-    native.start()
-    for index in range(40):
-        native.set(*rng.uniform(-2, 3, n_inputs))
-        step = STEP if index % 7 else 0.74 * STEP
-        assert native.do_step(time, step) == OK, native.messages
-        time += step
-        rows.append(native.get(n_inputs, n_results))
+    inputs = np.random.default_rng(3).uniform(-2, 3, (40, n_inputs))
+    lengths = [1 if index % 7 else 0.74 for index in range(40)]
+    results = go(native.start(), lengths, inputs, n_results)
     native.free()
-    return np.array(rows)
+    return results
 
 
 @pytest.mark.extended

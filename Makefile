@@ -51,8 +51,8 @@ release: setup
 	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 
-# A worker takes whole files, since tests of a file share what they build. Files keep their order:
-# sorted by their numbers of tests, the tutorials, which are few and long, would come last.
+# A worker takes whole files, since tests of a file share what they build. Files keep their order,
+# the longest first (tests/time_log.py): pytest-xdist would sort them by their numbers of tests.
 WORKERS ?= 2
 # What is compiled is kept, since tests start many programs, each of which would compile it again.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder

@@ -12,12 +12,18 @@ from hypothesis import settings
 from slide_fmu.core.search_path import make_importable
 from tests.browser import Browser, browser
 from tests.time_log import (
+    pytest_collection_modifyitems,
     pytest_configure,
     pytest_runtest_makereport,
     pytest_runtest_protocol,
 )
 
-__all__ = ["pytest_configure", "pytest_runtest_makereport", "pytest_runtest_protocol"]
+__all__ = [
+    "pytest_collection_modifyitems",
+    "pytest_configure",
+    "pytest_runtest_makereport",
+    "pytest_runtest_protocol",
+]
 
 # One thread each: small matrices gain nothing from more, and lose much on a busy machine.
 # Set before torch is loaded; subprocesses inherit it.

@@ -1,8 +1,9 @@
-"""Hooks of pytest that keep how much CPU time each test file took, in ``build/test_times``.
+"""Hooks of pytest for the time of test files: the longest begin, and what each took is kept.
 
-A run of ``make test`` fails where a file takes more than ``BUDGET_S``. The time is that of the
-process and of its finished children, so that it says the same on a busy machine. What several
-tests share counts for the one that asks for it first.
+The CPU times of all files stand in ``build/test_times`` afterwards. A run of ``make test`` fails
+where a file takes more than ``BUDGET_S``. The time is that of the process and of its finished
+children, so that it says the same on a busy machine. What several tests share counts for the one
+that asks for it first.
 """
 
 from __future__ import annotations
@@ -26,6 +27,31 @@ BUDGET_S = 60.0
 since machines differ by a factor of three. A slower file marks its longest tests ``extended``, or
 shares a finished run with others."""
 
+LONGEST = (
+    "tests/acceptance/test_gallery.py",
+    "tests/acceptance/test_readme.py",
+    "tests/fmu/test_phases.py",
+    "tests/fmu/test_stress.py",
+    "tests/fmu/test_fuzz.py",
+    "tests/fmu/test_sanitized.py",
+    "tests/acceptance/test_error_bound_way.py",
+    "tests/bounds/test_error_bound.py",
+    "tests/apps/compare/test_compare.py",
+    "tests/fitting/state_space/test_friction_car.py",
+    "tests/acceptance/test_bounded_way.py",
+    "tests/acceptance/test_setup.py",
+    "tests/acceptance/test_killed_run.py",
+    "tests/acceptance/test_many_machines.py",
+    "tests/acceptance/test_full_disk.py",
+    "tests/fmu/test_platforms.py",
+    "tests/apps/reference/test_importers.py",
+    "tests/validation/test_smooth_inputs.py",
+    "tests/acceptance/test_mistakes.py",
+    "tests/acceptance/test_whole_way.py",
+)
+"""Files that take longest, which run first: a worker that began one last would let the other wait.
+``.ci/run`` prints those that took longest."""
+
 _begun = pytest.StashKey[float]()
 
 
@@ -38,6 +64,11 @@ def _cpu_seconds() -> float:
 def log_of(marks: str) -> Path:
     """The file that keeps the times of a run with these marks (``-m``)."""
     return LOGS / f"{marks.replace(' ', '_') or 'all'}.json"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    place = {file: number for number, file in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.nodeid.partition("::")[0], len(LONGEST)))
 
 
 @pytest.hookimpl(wrapper=True)

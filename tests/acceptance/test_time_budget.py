@@ -1,4 +1,4 @@
-"""A test file that takes too long fails ``make test``, and is named with the remedy."""
+"""The longest test files begin; one that takes too long fails ``make test``, with the remedy."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 from tests import conftest, time_log
-from tests.time_log import BUDGET_S, ESSENTIAL, over_budget
+from tests.time_log import BUDGET_S, ESSENTIAL, LONGEST, over_budget
 
 pytest_plugins = ["pytester"]
 
-MAKEFILE = Path(__file__).parents[2] / "Makefile"
+ROOT = Path(__file__).parents[2]
+MAKEFILE = ROOT / "Makefile"
 SMALL_BUDGET_S = 0.1
 
 INI = """
@@ -68,6 +69,18 @@ def test_make_test_runs_the_marks_that_the_budget_is_for() -> None:
 def test_hooks_of_the_budget_are_those_of_all_tests() -> None:
     for name in (name for name in vars(time_log) if name.startswith("pytest_")):
         assert getattr(conftest, name) is getattr(time_log, name)
+
+
+def test_files_that_are_to_begin_are_there_and_the_longest_begins(
+    small: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert [name for name in LONGEST if not (ROOT / name).exists()] == []
+    monkeypatch.setattr(time_log, "LONGEST", ("tests/test_slow.py",))
+    result = small.runpytest_inprocess("-p", "tests.time_log", "--collect-only", "-q")
+    assert [line for line in result.outlines if "::" in line] == [
+        "tests/test_slow.py::test_slow",
+        "tests/test_fast.py::test_fast",
+    ]
 
 
 def test_make_test_fails_with_the_name_of_a_file_over_the_budget(small: pytest.Pytester) -> None:

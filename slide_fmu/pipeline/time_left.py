@@ -2,7 +2,8 @@
 
 How long a training takes is known once a part of it is done. The stages behind it are estimated by
 those before: companion and error bound by the training of the surrogate, measuring by the time of
-a simulation. So nothing is measured for this, and no stage waits for it.
+a simulation. So nothing is measured for this, and no stage waits for it. A search for sizes may
+end at any size: nothing is told before it has ended.
 """
 
 from __future__ import annotations

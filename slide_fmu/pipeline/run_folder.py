@@ -45,7 +45,7 @@ class TrainedSurrogate:
 
 @dataclass(frozen=True)
 class TrainingRecord:
-    """A TrainingRecord tells in the run folder what its surrogate was trained from.
+    """A TrainingRecord is the file in the run folder on what its surrogate was trained from.
 
     Attributes:
         key: key of all that decided the training.

@@ -3,7 +3,7 @@
 How long a training takes is known once a part of it is done. The stages behind it are estimated by
 those before: companion and error bound by the training of the surrogate, measuring by the time of
 a simulation. So nothing is measured for this, and no stage waits for it. A search for sizes may
-end at any size: nothing is told before it has ended.
+end at any size: nothing is reported before it has ended.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ SOON = 5.0
 
 @final
 class TimeLeft:
-    """A TimeLeft listens to the progress of a run, and tells how long the run still takes.
+    """A TimeLeft listens to the progress of a run, and reports how long the run still takes.
 
     It does so when it first knows, where a stage begins, and when the time has halved before the
     last stage.
@@ -80,7 +80,7 @@ class TimeLeft:
         def opened(name: str) -> Progress:
             stage = next((s for words, s in STAGES.items() if name.startswith(words)), MEASURING)
             shown = bar(name)
-            return _Watched(shown, stage, self) if stage in self._stages else shown
+            return _WatchedProgress(shown, stage, self) if stage in self._stages else shown
 
         return opened
 
@@ -93,7 +93,7 @@ class TimeLeft:
         return begins
 
     def hear(self, stage: str, begins: bool, course: _Course) -> None:
-        """Take note of the course of a stage, and tell the time left if there is news of it."""
+        """Take note of the course of a stage, and report the time left if there is news of it."""
         before = course.begin - self._begun[stage]
         if course.made >= max(1.0, EARLY * course.total):
             each = course.passed / course.made
@@ -160,7 +160,7 @@ def stages_of(recipe: Recipe, finds_numbers: bool) -> Sequence[str]:
 
 @final
 @dataclass
-class _Watched:
+class _WatchedProgress:
     """A progress that is shown as before, and heard; named parts of it are shown alone."""
 
     shown: Progress
@@ -183,7 +183,7 @@ class _Watched:
         if name:
             self.clock.begin(self.stage, searches=True)
             return shown
-        return _Watched(shown, self.stage, self.clock)
+        return _WatchedProgress(shown, self.stage, self.clock)
 
 
 def _rounded(seconds: float) -> str:

@@ -22,7 +22,7 @@ WORKERS = 2
 
 
 class Watch:
-    """A clock that goes on as the test says, and what is told meanwhile."""
+    """A clock that goes on as the test says, and what is reported meanwhile."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 100.0
@@ -81,7 +81,7 @@ def test_time_left_is_right_within_a_factor_from_the_first_line_on(
     assert watch.told[-1][1].endswith("4 of 5 stages done")
 
 
-def test_nothing_is_told_before_the_time_of_the_training_is_known(watch: Watch) -> None:
+def test_nothing_is_reported_before_the_time_of_the_training_is_known(watch: Watch) -> None:
     bar = opened(watch)
     watch.work(bar("trajectories"), 10, 50.0)
     search = part_of(bar("surrogate"), "number of states")
@@ -106,7 +106,7 @@ def test_progress_is_shown_as_before(watch: Watch) -> None:
     assert watch.shown == [("surrogate", 3, 7)]
 
 
-def test_few_seconds_are_not_told(watch: Watch) -> None:
+def test_few_seconds_are_not_reported(watch: Watch) -> None:
     bar = opened(watch)
     watch.work(bar("trajectories"), 1000, 0.001)
     watch.work(bar("surrogate"), 100, 0.5)

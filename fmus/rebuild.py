@@ -41,9 +41,9 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
-from slide_fmu.validation.data_origin import require_same_origin
 from slide_fmu.validation.row import SEARCH, Row
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
+from slide_fmu.validation.validate import require_same_origin
 
 TRAINING = Path(__file__).parents[1] / "training"
 PAGE, CARD = "index.html", "README.md"

@@ -34,7 +34,7 @@ from slide_fmu.recipe.places import RecipeFile
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
-from slide_fmu.validation.data_origin import origin_of_data
+from slide_fmu.validation.validate import origin_of_data
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 

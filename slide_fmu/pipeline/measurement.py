@@ -24,12 +24,11 @@ from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.validation.data_origin import require_same_origin
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE, Task
-from slide_fmu.validation.validate import validate
+from slide_fmu.validation.validate import require_same_origin, validate
 
 
 def validate_fmu_file(

@@ -30,13 +30,13 @@ def faults(recipe: Recipe, open_keys: Collection[str]) -> list[str]:
     Open lengths hold first guesses, so checks of lengths are left out for them.
     """
     guessed = any(key in LENGTHS for key in open_keys)
-    every = []
+    sentences = []
     for check in CHECKS if guessed else (*CHECKS, *CHECKS_OF_LENGTHS):
         try:
             check(recipe)
         except ValueError as error:
-            every.append(str(error))
-    return every
+            sentences.append(str(error))
+    return sentences
 
 
 def remarks_on_sampling(recipe: Recipe) -> list[str]:

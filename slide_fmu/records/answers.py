@@ -10,25 +10,29 @@ from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from pathlib import Path
 
+from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.progress import Progress, Stages
+from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data import generation, model_answers, unseen, workplace
 from slide_fmu.data.parameter_draws import as_row
 from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.data.unseen import UnseenMotion
+from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.memory import stability
 from slide_fmu.memory.stability import SEQUENCES
 from slide_fmu.pipeline import case_checks, job, numbers, stages
-from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.pipeline.run_folder import RunFolder, StageError, recipe_of_provenance
 from slide_fmu.propose import trial
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
 from slide_fmu.recipe.case import Case
+from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.origin import record_origin, require_same_records, require_unlearnt
 from slide_fmu.records.remarks import remarks_on_division, remarks_on_records
+from slide_fmu.records.rules import shares_of
 from slide_fmu.records.segments import Segment, inputs_beyond, segments, unseen_blocks
 from slide_fmu.records.sizing import lengths_of_case, size_case
 from slide_fmu.records.specimens import specimens
@@ -36,11 +40,91 @@ from slide_fmu.records.validation import validate_records
 from slide_fmu.report import run_report
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation import data_origin, measure, validate
+from slide_fmu.validation import measure, validate
 from slide_fmu.validation.error_figures import ResponseFigures
 from slide_fmu.validation.measure import Meter
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import Row
+
+KEY = "records"
+"""Key of the provenance with the names and SHA-256 hashes of the files."""
+OF_NOISE = "noise_record"
+"""Key of the provenance with name and SHA-256 hash of the noise record, if there is one."""
+
+
+def record_origin(source: MeasuredRecords) -> JsonObject:
+    """Return the part of a provenance that names records."""
+    files = zip(source.files, source.digests, strict=True)
+    origin_of_records: JsonObject = {
+        KEY: [{"file": name, "sha256": digest} for name, digest in files]
+    }
+    if source.noise_record is not None:
+        origin_of_records[OF_NOISE] = {
+            "file": source.noise_record.file,
+            "sha256": source.noise_record.digest,
+        }
+    return origin_of_records
+
+
+def require_same_records(source: MeasuredRecords, provenance: Provenance, fmu: str) -> None:
+    """Refuse records that have changed since an FMU was learnt from them.
+
+    They would be divided at other samples, so samples that are called unseen might have been
+    learnt from. Another noise record would give another noise to compare the error with.
+
+    Raises:
+        StageError: a file has changed, or the FMU does not name its records.
+    """
+    origin = record_origin(source)
+    wanted, current = provenance.get(KEY, []), origin.get(KEY, [])
+    for one, other in zip(current, wanted, strict=False):
+        if one["sha256"] != other["sha256"]:
+            raise StageError(
+                f"record {one['file']!r} has the SHA-256 hash {one['sha256'][:12]}...; expected "
+                f"{other['sha256'][:12]}..., that of {other['file']!r} from which {fmu} was "
+                "learnt: restore the file, or train again, since samples that were learnt from "
+                "might be measured as unseen ones"
+            )
+    if len(current) != len(wanted):
+        raise StageError(
+            f"{fmu} was learnt from {len(wanted)} known records; expected the {len(current)} of "
+            "its recipe: train again"
+        )
+    own, other = origin.get(OF_NOISE), provenance.get(OF_NOISE)
+    if own is not None and other is not None and own["sha256"] != other["sha256"]:
+        raise StageError(
+            f"noise record {own['file']!r} has the SHA-256 hash {own['sha256'][:12]}...; expected "
+            f"{other['sha256'][:12]}..., that of {other['file']!r} with which {fmu} was learnt: "
+            "restore the file, or train again"
+        )
+
+
+def require_unlearnt(source: MeasuredRecords, recipe: Recipe) -> None:
+    """Refuse a start that has learnt from these records where they were divided otherwise.
+
+    What it has learnt from would be measured as unseen.
+
+    Raises:
+        RecipeError: the FMU ``training.start`` is such a start.
+    """
+    training = recipe.training
+    if not isinstance(training, LeastSquaresRecipe) or training.start is None:
+        return
+    _, provenance = read_fmu(find_file(training.start))
+    learnt = [one["sha256"] for one in (provenance or {}).get(KEY, [])]
+    pairs = zip(source.files, source.digests, strict=True)
+    shared = [name for name, digest in pairs if digest in learnt]
+    if not shared:
+        return
+    former = recipe_of_provenance(provenance, training.start)
+    same = former.data.by == recipe.data.by and shares_of(former) == shares_of(recipe)
+    if same and learnt == list(source.digests):
+        return
+    raise RecipeError(
+        f"recipe {recipe.name!r}: training.start = {training.start!r} has learnt from {shared}, "
+        "divided otherwise, so that samples which it knows would be measured as unseen ones; "
+        "expected other records, or the same records with its data.shares and data.by"
+    )
 
 
 @model_answers.identity.register(MeasuredRecords)
@@ -194,6 +278,6 @@ def tried_records(source: MeasuredRecords, case: Case) -> trial.MotionTrial:
 job.lengths_of_case.register(MeasuredRecords)(lengths_of_case)
 stages.size_case.register(MeasuredRecords)(size_case)
 validate.validate_against.register(MeasuredRecords)(validate_records)
-data_origin.origin_of_data.register(MeasuredRecords)(record_origin)
-data_origin.require_same_origin.register(MeasuredRecords)(require_same_records)
+validate.origin_of_data.register(MeasuredRecords)(record_origin)
+validate.require_same_origin.register(MeasuredRecords)(require_same_records)
 run_report.remarks_on_data.register(MeasuredRecords)(remarks_on_records)

@@ -64,7 +64,7 @@ def saturations(values: FloatArray) -> list[Saturation]:
     if len(levels) < LEVELS:
         return []
     resolution = float(np.diff(levels).min())
-    every = []
+    limits = []
     for extreme in (float(levels[0]), float(levels[-1])):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], values == extreme, [False]])))
         distance = np.abs(values - extreme)
@@ -79,8 +79,8 @@ def saturations(values: FloatArray) -> list[Saturation]:
         ]
         if len(cut) >= FEWEST:
             samples = sum(end - begin for begin, end in cut)
-            every.append(Saturation(extreme, samples, len(cut), cut[0][0]))
-    return every
+            limits.append(Saturation(extreme, samples, len(cut), cut[0][0]))
+    return limits
 
 
 def _steep(outside: FloatArray, resolution: float) -> bool:

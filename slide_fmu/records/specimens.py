@@ -25,8 +25,8 @@ def values_in_file(recipe: Recipe, file: int) -> dict[str, float]:
 
 def specimens(recipe: Recipe) -> list[dict[str, float]]:
     """Return the different specimens in the files of a recipe of records, in their order."""
-    every = [values_in_file(recipe, file) for file in range(1 + len(recipe.system.further))]
-    return [one for index, one in enumerate(every) if one not in every[:index]]
+    in_files = [values_in_file(recipe, file) for file in range(1 + len(recipe.system.further))]
+    return [one for index, one in enumerate(in_files) if one not in in_files[:index]]
 
 
 def scarce_specimens(recipe: Recipe) -> str | None:

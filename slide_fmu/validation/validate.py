@@ -1,4 +1,7 @@
-"""This module runs a surrogate FMU and its reference system on unseen inputs and compares them."""
+"""This module runs a surrogate FMU and its reference system on unseen inputs and compares them.
+
+An FMU that was learnt from files of data names them, so that it is measured on the same files.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, first_that_runs
 from slide_fmu.data.parameter_draws import drawn_parameters
 from slide_fmu.data.pool import in_parallel, process_pool
+from slide_fmu.fmu.export import Provenance
 from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -247,3 +251,18 @@ def compare(
     """
     truth, seconds = _true_outputs(system, drawn)
     return compare_with_truth(fmu, surrogate, drawn, truth, seconds, parameters)
+
+
+@asked_of_sources
+def origin_of_data(system: System) -> Provenance:
+    """Return the part of a provenance that names files of data; empty for a system."""
+    return {}
+
+
+@asked_of_sources
+def require_same_origin(system: System, provenance: Provenance, fmu: str) -> None:
+    """Refuse files of data that have changed since an FMU was learnt from them.
+
+    Raises:
+        StageError: a file has changed, or the FMU does not name its files.
+    """

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from scipy.signal import lfilter
 from typer.testing import CliRunner, Result
@@ -13,7 +18,10 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli.app import app
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.proposal import RecordOptions, propose_record
+from slide_fmu.record_files.reading import read_records
+from slide_fmu.record_files.record import RecordError
+from slide_fmu.records.findings import examine
+from slide_fmu.records.proposal import RecordOptions, chosen_columns, propose_record, read_chosen
 from tests.own_records import STEP, force_and_travel, write_record
 from tests.refusals import refused
 
@@ -234,8 +242,8 @@ def test_init_and_try_lead_from_a_record_to_its_window(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     write_record(tmp_path / "bench.csv", 6000, noise=0.01)
-    declarations = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
-    assert declarations.exit_code == 0, declarations.output
+    proposed = invoke("init", "bench.csv", "--input", "force", "-o", "bench.toml")
+    assert proposed.exit_code == 0, proposed.output
     recipe = " ".join((tmp_path / "bench.toml").read_text(encoding="utf-8").split())
     assert "Half of the hidden units" in recipe
     assert "the shares of all samples for the training," in recipe
@@ -247,3 +255,108 @@ def test_init_and_try_lead_from_a_record_to_its_window(
     assert figures["data"]["wall_time_per_simulated_second_s"] is None
     assert "slowest pole" in tried.output
     assert "Effects of the initial state have" in tried.output
+
+
+SAMPLES = 300
+
+
+def columns(*names: str, seed: int = 0) -> dict[str, np.ndarray]:
+    """Times and signals of these names, by which some may pass for times too."""
+    rng = np.random.default_rng(seed)
+    return {"time": 0.01 * np.arange(SAMPLES)} | {n: rng.normal(size=SAMPLES) for n in names}
+
+
+def as_csv(path: Path, table: dict[str, np.ndarray]) -> str:
+    values = np.stack(list(table.values()), axis=1)
+    np.savetxt(path, values, "%.9g", ",", header=",".join(table), comments="")
+    return str(path)
+
+
+def options(*paths: str, inputs: tuple[str, ...] = ("F",), **more: Any) -> RecordOptions:
+    return RecordOptions(paths, dict.fromkeys(inputs), **more)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "found"),
+    [
+        (("F",), ("T",), ("T",)),
+        (("F",), ("x",), ("x",)),
+        (("F",), (), ("x", "T")),
+        (("T",), ("x",), ("x",)),
+        (("T",), (), ("F", "x")),
+    ],
+)
+@pytest.mark.parametrize("time", [None, "time"])
+def test_torque_called_t_is_a_signal_and_no_clock(
+    tmp_path: Path,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    found: tuple[str, ...],
+    time: str | None,
+) -> None:
+    path = as_csv(tmp_path / "a.csv", columns("F", "x", "T"))
+    asked = options(path, inputs=inputs, outputs=outputs, time=time)
+    (record,), _ = read_chosen(asked)
+    assert chosen_columns(asked, record) == (inputs, found)
+    assert (record.clock, record.other_clocks) == ("time", {})
+
+
+def test_dates_are_the_clock_beside_a_torque_that_comes_first(tmp_path: Path) -> None:
+    table = columns("T", "F", "x")
+    dates = (1e9 * table.pop("time")).astype("datetime64[ns]")
+    pq.write_table(pa.table({**table, "time": dates}), tmp_path / "a.parquet")
+    (record,), _ = read_chosen(options(str(tmp_path / "a.parquet"), outputs=("x",)))
+    assert (record.clock, list(record.columns)) == ("time", ["F", "x"])
+
+
+def test_column_that_only_one_file_has_does_not_matter_where_outputs_are_named(
+    tmp_path: Path,
+) -> None:
+    paths = (
+        as_csv(tmp_path / "a.csv", columns("F", "x")),
+        as_csv(tmp_path / "b.csv", columns("F", "x", "extra")),
+    )
+    records, _ = read_chosen(options(*paths, outputs=("x",)))
+    assert [list(record.columns) for record in records] == [["F", "x"]] * 2
+    with refused(RecordError, "extra", "columns that"):
+        read_chosen(options(*paths))
+
+
+def test_two_columns_of_a_wide_file_need_no_room_for_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = as_csv(tmp_path / "a.csv", columns("F", "x", *(f"c{n}" for n in range(50))))
+    most = partial(read_records, most=3 * SAMPLES)
+    monkeypatch.setattr("slide_fmu.records.proposal.read_records", most)
+    (record,), _ = read_chosen(options(path, outputs=("x",)))
+    assert list(record.columns) == ["F", "x"]
+
+
+def test_named_arrays_of_another_length_than_most_are_read(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name, values in columns("F", "x", "y").items():
+            file[f"a/{name}"] = values
+        for name, values in columns("F", "x").items():
+            file[f"b/{name}"] = values[::2]
+    path = str(tmp_path / "a.h5")
+    for outputs in (("b/x",), ()):
+        asked = options(path, inputs=("b/F",), outputs=outputs, time="b/time")
+        (record,), _ = read_chosen(asked)
+        assert chosen_columns(asked, record) == (("b/F",), ("b/x",))
+    with refused(RecordError, "lengths {'a/F': 300", "'b/x': 150}"):
+        read_chosen(options(path, inputs=("a/F",), outputs=("b/x",)))
+
+
+def test_times_do_not_count_beside_a_given_step_where_none_is_named(tmp_path: Path) -> None:
+    table = columns("F", "x")
+    table["time"] = np.round(table["time"], 1)  # they repeat
+    path = as_csv(tmp_path / "a.csv", table)
+    (record,), _ = read_chosen(options(path, step=0.01))
+    [message] = [f.message for f in examine((record,)) if f.severity == "refused"]
+    assert "--time none --step SECONDS" in message
+    (record,), parameters = read_chosen(options(path, step=0.01, time="none"))
+    assert record.time == pytest.approx(0.01 * np.arange(SAMPLES))
+    assert list(record.columns) == ["F", "x"]
+    assert parameters == {"sample_step": 0.01}
+    with refused(RecipeError, "--time none without --step"):
+        read_chosen(options(path, time="none"))

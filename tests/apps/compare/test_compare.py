@@ -14,12 +14,13 @@ import pytest
 from slide_fmu.apps.compare import compare as comparing
 from slide_fmu.apps.compare.baselines.base import Budget
 from slide_fmu.apps.compare.baselines.own_network import OwnNetwork
-from slide_fmu.apps.compare.compare import Terms, compare_recipe
+from slide_fmu.apps.compare.compare import KeptComparison, Terms, compare_recipe
 from slide_fmu.apps.compare.model_figures import ComparisonFigures, ModelFigures
 from slide_fmu.core.figures import plain
 from slide_fmu.core.measures import rms
+from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data.draws import TEST, Stream
-from slide_fmu.data.unseen import unseen_motions
+from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fitting.checkpoint import CpuTime
 from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.state_space.multi_start import MultiStart
@@ -29,6 +30,38 @@ from tests.apps.compare.lessons import needs_sysidentpy
 from tests.libraries import build_libraries
 from tests.own_records import write_record
 from tests.refusals import refused
+
+MODEL = ModelFigures(title="FIR", linear=True, structure="9 lags", cpu_seconds=1.0)
+MOTION = UnseenMotion(np.ones((3, 1)), np.zeros((4, 1)), 1, 0)
+
+
+def never() -> None:
+    """Stand for what is not looked for again."""
+    raise AssertionError
+
+
+def test_what_was_found_is_not_looked_for_again(tmp_path: Path) -> None:
+    kept = KeptComparison(tmp_path)
+    kept.figures("fir", "key", lambda: MODEL)
+    kept.motions("key", lambda: [MOTION])
+    assert kept.figures("fir", "key", never) == MODEL  # type: ignore[arg-type]
+    (again,) = kept.motions("key", never)  # type: ignore[arg-type]
+    assert np.array_equal(again.inputs, MOTION.inputs)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.5, 0.95])
+def test_damaged_files_of_a_comparison_are_named(tmp_path: Path, part: float) -> None:
+    kept = KeptComparison(tmp_path)
+    kept.figures("fir", "key", lambda: MODEL)
+    kept.motions("key", lambda: [MOTION])
+    for path in tmp_path.iterdir():
+        whole = path.read_bytes()
+        path.write_bytes(whole[: int(part * len(whole))])
+    with refused(DamagedFileError, ".json is damaged", "remove it"):
+        kept.figures("fir", "key", lambda: MODEL)
+    with refused(DamagedFileError, ".npz is damaged", "remove it"):
+        kept.motions("key", lambda: [MOTION])
+
 
 pytestmark = pytest.mark.extended
 

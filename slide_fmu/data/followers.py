@@ -160,7 +160,7 @@ class DeformedSpring(Follower):
 
 @final
 class OwnModel(Follower):
-    """A OwnModel is a partner of the user, which steps with the system.
+    """An OwnModel is the partner model of the user, which steps with the system.
 
     One that can go back takes each step twice: first with the likely output, which shows its
     answer, then with that which came.

@@ -94,7 +94,7 @@ def first_measured(surrogate: Surrogate, burn_in: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceRun:
-    """An ReferenceRun holds the outputs of the reference on inputs, as far as it was simulated.
+    """A ReferenceRun has the outputs of the reference on inputs, as far as it was simulated.
 
     Attributes:
         inputs: in their units, shape (N, n_inputs).

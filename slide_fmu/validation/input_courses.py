@@ -21,7 +21,7 @@ SLACK = 1e-6
 
 
 class InputCourse(Protocol):
-    """A InputCourse gives the inputs at any time."""
+    """An InputCourse gives the inputs at any time."""
 
     def __call__(self, times: FloatArray) -> FloatArray:
         """Return the inputs at times in s, (N,), in their units, shape (N, n_inputs)."""

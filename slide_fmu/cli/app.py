@@ -62,10 +62,10 @@ app = typer.Typer(
 )
 
 
-_FOUND, LEFT_OUT = subcommands_of_apps([own.__name__.rstrip("_") for own in SUBCOMMANDS])
+_BY_NAME, LEFT_OUT = subcommands_of_apps([own.__name__.rstrip("_") for own in SUBCOMMANDS])
 """One sentence on each app or subcommand that cannot be used."""
 
-OF_APPS = tuple(_FOUND.values())
+OF_APPS = tuple(_BY_NAME.values())
 """The subcommands of installed apps, which follow the others."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):

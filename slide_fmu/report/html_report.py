@@ -14,7 +14,7 @@ import jinja2
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.version import __version__
-from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, described
+from slide_fmu.core.web.charts import Bar, Chart, Columns, HeatMap, plain_chart
 from slide_fmu.core.web.packing import MODULES, packed, scripts, styles
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.table import ReportTable
@@ -115,7 +115,7 @@ class Report:
         charts: list[Any] = []
         for section in sorted(self.sections, key=lambda one: one.folded):
             first = len(charts)
-            charts += [described(chart, columns) for chart in section.charts]
+            charts += [plain_chart(chart, columns) for chart in section.charts]
             sections.append({**_shown(section), "charts": range(first, len(charts))})
         content = {"columns": columns.values, "charts": charts}
         drawn = json.dumps(content, separators=(",", ":"))

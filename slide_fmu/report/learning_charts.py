@@ -16,7 +16,7 @@ from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.fitting.history import CurvePoint, History
 from slide_fmu.memory.decay import Decay
 from slide_fmu.memory.stability import AmplitudeTest
-from slide_fmu.report.trust_charts import cumulated
+from slide_fmu.report.trust_charts import cumulative_shares
 from slide_fmu.surrogate.surrogate import Surrogate
 
 PLOTTED = 1e6
@@ -117,7 +117,7 @@ def decay_chart(linearized: Decay | None, measured: Decay, truncation_time: floa
     times = [time for _, decay, _ in courses for time in decay.times if math.isfinite(time)]
     ends, lines = (0.0, 1.1 * max([truncation_time, *times])), []
     for name, decay, colour in courses:
-        lines.append(Line(name, *cumulated(decay.times.tolist(), ends), colour, "steps"))
+        lines.append(Line(name, *cumulative_shares(decay.times.tolist(), ends), colour, "steps"))
         if math.isfinite(decay.mean):
             upright = np.array([decay.mean, decay.mean]), np.array([0.0, 100.0])
             lines.append(Line(f"{name}, mean rate", *upright, colour, dashed=True))

@@ -10,7 +10,7 @@ import jinja2
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, ratio_text
-from slide_fmu.report.row_tables import length_of, named
+from slide_fmu.report.row_tables import length_of, name_of
 from slide_fmu.report.table import markdown
 
 
@@ -52,7 +52,7 @@ def _environment() -> jinja2.Environment:
         "capitalised": capitalised,
         "decimal": decimal,
         "markdown": markdown,
-        "named": named,
+        "name_of": name_of,
         "percent": percent,
         "plain": plain,
         "ratio": ratio_text,

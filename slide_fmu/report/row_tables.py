@@ -102,7 +102,7 @@ def call_of(rows: Iterable[Row]) -> Call:
     return "plain" if any(row.call == "plain" for row in rows) else "known"
 
 
-def judged(row: Row) -> str:
+def judgement_on(row: Row) -> str:
     """Say whether the FMU is valid on the inputs of a row; empty where it cannot be judged."""
     if row.valid is None:
         return ""
@@ -138,7 +138,7 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
                 continue
             measured = [row_at(at, group, inputs, call, number) for number, _ in steps]
             known = next(row for row in measured if row is not None)
-            line = [named(known), str(known.trajectories)]
+            line = [name_of(known), str(known.trajectories)]
             for row in measured:
                 line += ["", "", "", ""] if row is None else _shares(row)
             yield [*line, _judged_at_all(row for row in measured if row is not None)]
@@ -148,7 +148,7 @@ def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
 
 def _judged_at_all(rows: Iterable[Row]) -> str:
     """Judge the rows of a kind of input once where they agree, else at each step."""
-    words = {_part(row.steps): judged(row) for row in rows if row.valid is not None}
+    words = {_part(row.steps): judgement_on(row) for row in rows if row.valid is not None}
     if len(set(words.values())) <= 1:
         return next(iter(words.values()), "")
     return "; ".join(f"{part}: {word}" for part, word in words.items())
@@ -172,7 +172,7 @@ def length_of(row: Row) -> str:
     return quantity(row.step_s, "s", STEP_DIGITS)
 
 
-def named(row: Row) -> str:
+def name_of(row: Row) -> str:
     """Return group and inputs of a row: several groups may have a kind of the same name."""
     return row.group if row.inputs == ALL else f"{row.group}: {row.inputs}"
 
@@ -185,7 +185,7 @@ def row_table(rows: Sequence[Row]) -> ReportTable:
     )
     cells = (
         (
-            named(row),
+            name_of(row),
             CALLS[row.call].name,
             length_of(row),
             str(row.trajectories),
@@ -196,7 +196,7 @@ def row_table(rows: Sequence[Row]) -> ReportTable:
             *map(_share, (row.trusted, row.harmful, row.silent)),
             "" if row.over_bound is None else ratio_text(row.over_bound),
         )
-        for row in ordered(rows)
+        for row in in_order(rows)
     )
     return ReportTable.of(heading, cells).without_empty_columns()
 
@@ -214,8 +214,8 @@ def output_table(rows: Sequence[Row]) -> ReportTable:
         "covered",
     )
     cells = (
-        (named(row), CALLS[row.call].name, length_of(row), *_output_cells(output))
-        for row in ordered(rows)
+        (name_of(row), CALLS[row.call].name, length_of(row), *_output_cells(output))
+        for row in in_order(rows)
         for output in row.outputs
     )
     return ReportTable.of(heading, cells).without_empty_columns()
@@ -232,7 +232,7 @@ def _output_cells(output: RowOutput) -> tuple[str, ...]:
     )
 
 
-def ordered(rows: Sequence[Row]) -> list[Row]:
+def in_order(rows: Sequence[Row]) -> list[Row]:
     """Return rows by inputs, then by call, long steps first."""
     places = {kind: place for place, kind in enumerate(kinds_of(rows))}
     calls = list(CALLS)
@@ -243,7 +243,7 @@ def ordered(rows: Sequence[Row]) -> list[Row]:
 
 def failures(rows: Sequence[Row]) -> list[str]:
     """Say on which inputs the reference could not be simulated."""
-    reasons = {f"{named(row)}: {text}": None for row in rows for text in row.failed}
+    reasons = {f"{name_of(row)}: {text}": None for row in rows for text in row.failed}
     return [f"The reference could not be simulated on {text}." for text in reasons]
 
 

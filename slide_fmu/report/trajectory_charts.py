@@ -62,12 +62,12 @@ def trajectory_charts(validation: Validation) -> list[Chart]:
     """Draw the worst and the median trajectory of every output."""
     charts = []
     for output in range(len(validation.surrogate.outputs)):
-        for title, chosen in ranked(validation, output).items():
+        for title, chosen in example_motions(validation, output).items():
             charts.append(_trajectory_chart(validation, chosen, output, title))
     return charts
 
 
-def ranked(validation: Validation, output: int) -> dict[str, Comparison]:
+def example_motions(validation: Validation, output: int) -> dict[str, Comparison]:
     """Return the trajectories with the largest and the median RMS error, by their titles.
 
     It is not relative, since an output that hardly moves has a large relative error.
@@ -113,7 +113,7 @@ def phase_charts(validation: Validation) -> list[Chart]:
     """Draw every output over its speed, on the worst part of its worst trajectory."""
     charts = []
     for output, signal in enumerate(validation.surrogate.outputs):
-        chosen = next(iter(ranked(validation, output).values()))
+        chosen = next(iter(example_motions(validation, output).values()))
         part = around_worst(chosen, output, PHASE_SAMPLES)
         if len(chosen.time[part]) < FEWEST_OF_SPLINE:
             continue

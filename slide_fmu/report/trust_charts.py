@@ -136,7 +136,7 @@ def coverage_charts(validations: Mapping[str, Validation]) -> list[Chart]:
         lines = [
             Line(
                 f"{motion.name} ({len(shares[row])})",
-                *cumulated(shares[row], ends),
+                *cumulative_shares(shares[row], ends),
                 colour_of(row),
                 "steps",
             )
@@ -198,7 +198,9 @@ def search_chart(title: str, inputs: MeasuredInputs, surrogate: Surrogate) -> Ch
     )
 
 
-def cumulated(values: Sequence[float], ends: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+def cumulative_shares(
+    values: Sequence[float], ends: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
     """Return finite values between two ends, and the share in % of all up to each place.
 
     Drawn as steps, the share of the values that are no larger is read at each place.

@@ -17,10 +17,10 @@ from slide_fmu.report.row_tables import (
     RULE,
     WORDS,
     call_of,
-    judged,
+    in_order,
+    judgement_on,
     length_of,
-    named,
-    ordered,
+    name_of,
 )
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.trust_sections import deviations_of
@@ -89,11 +89,10 @@ def _in_words(described: FmuDescription, recipe: Recipe) -> list[str]:
     sentences = [f"Trained on {name}: {text}." for name, text in kinds.items()]
     rows = () if measured is None else measured.rows
     call = call_of(rows)
-    for row in ordered(rows):
-        if row.is_at(call, 1.0) and (verdict := judged(row)):
-            sentences.append(
-                f"{named(row)}: {verdict} at {length_of(row)}, relative RMSE {percent(row.error)}."
-            )
+    for row in in_order(rows):
+        if row.is_at(call, 1.0) and (verdict := judgement_on(row)):
+            error = f"relative RMSE {percent(row.error)}"
+            sentences.append(f"{name_of(row)}: {verdict} at {length_of(row)}, {error}.")
     return [*sentences, WORDS, RULE] if rows else sentences
 
 
@@ -191,8 +190,8 @@ def _accuracy(measured: RunFigures) -> list[Entry]:
     validations = measured.ordered
     entries = [joined("accuracy", _accuracy_tables(validations))]
     if measured.rows:
-        entries.append(table("accuracy.rows", "Row", map(_row, ordered(measured.rows))))
-        outputs = [line for row in ordered(measured.rows) for line in _outputs_of(row)]
+        entries.append(table("accuracy.rows", "Row", map(_row, in_order(measured.rows))))
+        outputs = [line for row in in_order(measured.rows) for line in _outputs_of(row)]
         entries.append(table("accuracy.outputs", "Output", outputs))
     estimates = list(_estimates(validations))
     if estimates:

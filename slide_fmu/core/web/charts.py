@@ -177,7 +177,7 @@ def _rounded(value: float, digits: int) -> float | None:
     return float(f"{value:.{digits}g}") if np.isfinite(value) else None
 
 
-def described(part: object, columns: Columns) -> Any:
+def plain_chart(part: object, columns: Columns) -> Any:
     """Return a chart, or a part of one, as plain values that a page draws.
 
     Its arrays are stored in ``columns``, and their numbers stand in their places.
@@ -186,10 +186,10 @@ def described(part: object, columns: Columns) -> Any:
         return columns.place(part)
     if is_dataclass(part):
         return {one.name: _field(part, one.name, columns) for one in fields(part)}
-    return [described(one, columns) for one in part] if isinstance(part, tuple | list) else part
+    return [plain_chart(one, columns) for one in part] if isinstance(part, tuple | list) else part
 
 
 def _field(part: object, name: str, columns: Columns) -> Any:
-    """Return a field of a part as ``described`` does; places on the x axis have more digits."""
+    """Return a field of a part as ``plain_chart`` does; places on the x axis have more digits."""
     value = getattr(part, name)
-    return columns.place(value, X_DIGITS) if name == "x" else described(value, columns)
+    return columns.place(value, X_DIGITS) if name == "x" else plain_chart(value, columns)

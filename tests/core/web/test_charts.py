@@ -6,7 +6,16 @@ import json
 
 import numpy as np
 
-from slide_fmu.core.web.charts import X_DIGITS, Axis, Band, Chart, Columns, Line, Panel, described
+from slide_fmu.core.web.charts import (
+    X_DIGITS,
+    Axis,
+    Band,
+    Chart,
+    Columns,
+    Line,
+    Panel,
+    plain_chart,
+)
 
 TIME = np.array([0.0, 0.1, 0.2])
 
@@ -20,7 +29,7 @@ def _chart(values: np.ndarray) -> Chart:
 
 def test_described_chart_names_its_columns_by_their_places() -> None:
     columns = Columns()
-    found = described(_chart(np.array([1.0, 2.0, 3.0])), columns)
+    found = plain_chart(_chart(np.array([1.0, 2.0, 3.0])), columns)
     (panel,) = found["panels"]
     line, points = panel["lines"]
     assert columns.values[line["x"]] == [0.0, 0.1, 0.2]
@@ -34,15 +43,15 @@ def test_described_chart_names_its_columns_by_their_places() -> None:
 def test_equal_columns_are_kept_once() -> None:
     columns = Columns()
     chart = _chart(np.array([1.0, 2.0, 3.0]))
-    described(chart, columns)
+    plain_chart(chart, columns)
     count = len(columns.values)
-    described(chart, columns)
+    plain_chart(chart, columns)
     assert count == len(columns.values) == 5  # time as place and as value, values, the band
 
 
 def test_values_that_are_not_finite_become_gaps_in_valid_json() -> None:
     columns = Columns()
-    described(_chart(np.array([np.nan, np.inf, 1.0])), columns)
+    plain_chart(_chart(np.array([np.nan, np.inf, 1.0])), columns)
     assert [None, None, 1.0] in columns.values
     json.dumps(columns.values, allow_nan=False)
 

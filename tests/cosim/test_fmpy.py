@@ -13,7 +13,7 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.moving_inputs import Moving, forecasting
+from tests.fmu.moving_inputs import MovingOracle, forecasting
 from tests.fmu.samples import STEP, Shape, random_surrogate
 from tests.libraries import build_libraries
 from tests.refusals import refused
@@ -51,7 +51,7 @@ def run(fmu: Path, **others: object) -> FloatArray:
 
 
 def test_plain_simulation_has_the_outputs_of_the_forecast(fmu: Path, surrogate: Surrogate) -> None:
-    moving = Moving(surrogate)
+    moving = MovingOracle(surrogate)
     expected = [moving.step(STEP, row).results()[0][0] for row in heights()[:-1, None]]
     np.testing.assert_allclose(run(fmu)[1:], expected, rtol=0, atol=TOLERANCE)
 
@@ -72,7 +72,7 @@ def test_fmpy_has_room_for_the_derivatives_of_nine_inputs_only(fmu: Path) -> Non
 
 def test_derivatives_can_be_told_in_a_loop_of_ones_own(fmu: Path, surrogate: Surrogate) -> None:
     """By the call that docs/use_an_fmu.md names."""
-    moving, slopes = Moving(surrogate), 0.4 * 0.3 / STEP * np.cos(0.3 * np.arange(COUNT))
+    moving, slopes = MovingOracle(surrogate), 0.4 * 0.3 / STEP * np.cos(0.3 * np.arange(COUNT))
     found, expected = [], []
     with unpacked(fmu) as files, instantiated(files) as instance:
         calls = instance.calls

@@ -15,8 +15,8 @@ from slide_fmu.cosim.between import even_out, refine
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import n_phases
-from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
-from tests.fmu.plain import Resampling
+from tests.fmu.moving_inputs import MovingOracle, forecasting, moving_inputs
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 from tests.refusals import refused
@@ -43,9 +43,9 @@ def exported(surrogate: Surrogate, folder: Path, fmi: int = 2) -> Path:
     return export_fmu(surrogate, folder / "one.fmu", fmi=3 if fmi == 3 else 2)
 
 
-def taken(window: Resampling, length: float, row: FloatArray) -> Resampling:
+def taken(window: ResamplingOracle, length: float, row: FloatArray) -> ResamplingOracle:
     """A window after a step to a row of the inputs."""
-    if isinstance(window, Moving):
+    if isinstance(window, MovingOracle):
         return window.step(length, row)
     window.append(length, row)
     return window
@@ -60,13 +60,13 @@ def plain_outputs(surrogate: Surrogate, t: FloatArray, u: FloatArray) -> FloatAr
     cosines = (0,) if surrogate.inputs[0].angle == "cosine" else ()
     t, u, places = refine(t, u, cosines, STEP)
     kept = u if surrogate.planned else even_out(t, u, cosines, STEP)
-    always = Resampling(surrogate)
+    always = ResamplingOracle(surrogate)
     always.append(STEP, u[0])
     found, lengths = [always.results()[0]], np.diff(t)
     # where steps of one length make up a sample, no curve is needed between the times
     parts = STEP / lengths
     on_lines = bool(np.ptp(parts) < 1e-6 and abs(parts[0] - np.rint(parts[0])) < 1e-6)
-    window = always if on_lines else Moving(surrogate, known=True, before=u[0])
+    window = always if on_lines else MovingOracle(surrogate, known=True, before=u[0])
     for length, row, own in zip(lengths, u[1:], kept[1:], strict=True):
         found.append(taken(copy.deepcopy(window), length, row).results()[0])
         taken(window, length, own)

@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import block_size, fmu_variables
-from tests.fmu.native import ERROR, OK, Instance, Loaded, Native
+from tests.fmu.native import ERROR, OK, ExportedFmu, Instance, Native
 from tests.fmu.native3 import YES, Native3, with_separator
 from tests.fmu.plain_fmu import Plan
 from tests.fmu.samples import STEP
@@ -99,7 +99,7 @@ class Fmi2(Caller):
     largest_prehistory = 1
     native: Native
 
-    def __init__(self, loaded: Loaded) -> None:
+    def __init__(self, loaded: ExportedFmu) -> None:
         self.native = Native(loaded.library, loaded.guid, loaded.uri, surrogate=loaded.surrogate)
 
     def call(self, what: str, *arguments: object) -> int:
@@ -160,7 +160,7 @@ class Fmi3(Caller):
     largest_prehistory = 2
     native: Native3
 
-    def __init__(self, loaded: Loaded, watches: bool = False) -> None:
+    def __init__(self, loaded: ExportedFmu, watches: bool = False) -> None:
         resources = with_separator(loaded.folder / "resources")
         watch = self._watch if watches else None
         self.native = Native3(

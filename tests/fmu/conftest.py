@@ -12,7 +12,7 @@ import pytest
 from slide_fmu.core import files
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import Load, Loaded, Native
+from tests.fmu.native import ExportedFmu, Load, Native
 from tests.fmu.samples import TWO_MASSES, Shape, random_surrogate, sum_surrogate
 from tests.libraries import build_libraries
 
@@ -30,12 +30,12 @@ STORED = SimpleNamespace(**{**vars(zipfile), "ZIP_DEFLATED": zipfile.ZIP_STORED}
 def load(tmp_path: Path) -> Load:
     """Export and unpack a surrogate."""
 
-    def loaded(surrogate: Surrogate) -> Loaded:
+    def loaded(surrogate: Surrogate) -> ExportedFmu:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(files, "zipfile", STORED)
             path = export_fmu(surrogate, tmp_path / f"{surrogate.name}.fmu")
         folder = Path(fmpy.extract(str(path), str(tmp_path / surrogate.name)))
-        return Loaded(surrogate, path, folder)
+        return ExportedFmu(surrogate, path, folder)
 
     return loaded
 
@@ -49,7 +49,7 @@ def summing(load: Load) -> Native:
 
 
 @pytest.fixture
-def rich(load: Load) -> Loaded:
+def rich(load: Load) -> ExportedFmu:
     shape = Shape(n_inputs=2, n_outputs=2, activation="elu", positions=3)
     return load(random_surrogate(shape))
 

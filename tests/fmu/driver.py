@@ -20,8 +20,9 @@ SANITIZE = ["-g", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 def host_compilers() -> list[tuple[list[str], list[str]]]:
     """Compilers of this machine, best first, each with its sanitizer flags."""
     both = ["-fsanitize=address,undefined", *SANITIZE]
-    found = [([path], both) for name in ("gcc", "clang") if (path := shutil.which(name))]
-    return [*found, ([sys.executable, "-m", "ziglang", "cc"], ["-fsanitize=undefined", *SANITIZE])]
+    compilers = [([path], both) for name in ("gcc", "clang") if (path := shutil.which(name))]
+    zig = [sys.executable, "-m", "ziglang", "cc"]
+    return [*compilers, (zig, ["-fsanitize=undefined", *SANITIZE])]
 
 
 def run_compiler(command: list[str], arguments: list[str]) -> subprocess.CompletedProcess[str]:

@@ -89,13 +89,13 @@ def libfuzzer() -> list[str]:
     Raises:
         FuzzError: there is none.
     """
-    found = shutil.which("clang")
-    if found is None:
+    clang = shutil.which("clang")
+    if clang is None:
         raise FuzzError(
             "no clang here; fuzzing needs it, with libFuzzer (Debian: apt-get install clang "
             "libclang-rt-dev)"
         )
-    return [found]
+    return [clang]
 
 
 def fuzz(target: Path, seconds: int, seed: int) -> dict[str, object]:
@@ -144,10 +144,10 @@ def edges(target: Path, corpora: list[Path]) -> tuple[int, int]:
 
 
 def _last_number(pattern: str, text: str) -> int:
-    found = re.findall(pattern, text, re.MULTILINE)
-    if not found:
+    numbers = re.findall(pattern, text, re.MULTILINE)
+    if not numbers:
         raise FuzzError(f"the fuzzer did not run:\n{text[-2000:]}")
-    return int(found[-1])
+    return int(numbers[-1])
 
 
 def keep(target: Path) -> None:

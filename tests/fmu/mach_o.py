@@ -42,13 +42,13 @@ class MachO:
 
     def commands(self, kind: int) -> list[bytes]:
         """Load commands of one kind, without their first eight bytes."""
-        (count,), at, found = struct.unpack_from("<I", self.content, 16), 32, []
+        (count,), at, commands = struct.unpack_from("<I", self.content, 16), 32, []
         for _ in range(count):
             command, size = struct.unpack_from("<II", self.content, at)
             if command == kind:
-                found.append(self.content[at + 8 : at + size])
+                commands.append(self.content[at + 8 : at + size])
             at += size
-        return found
+        return commands
 
     def libraries(self, kind: int) -> list[str]:
         """Names in the commands ID_DYLIB or LOAD_DYLIB."""

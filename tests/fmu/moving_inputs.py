@@ -16,7 +16,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.surrogate.input_forecast import InputForecast
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.plain import SLACK, Resampling, plain_arc, plain_moved, spread
+from tests.fmu.plain import SLACK, ResamplingOracle, plain_arc, plain_moved, spread
 from tests.fmu.samples import forecast_of
 
 
@@ -53,11 +53,11 @@ class Rules:
         """What all choices expect after values H apart, newest first, from one of them on: of
         those the first holds, and the last is a cubic."""
         cubic = np.array([-6.0, 4.0, -1.0])
-        found = [
+        changes = [
             sum(w * (x[at + i + 1] - x[at]) for i, w in enumerate(weights))
             for weights in ([0.0], *self.weights, cubic)
         ]
-        return [min(max(change, -self.largest), self.largest) for change in found]
+        return [min(max(change, -self.largest), self.largest) for change in changes]
 
     def errors(self, x: list[float]) -> list[list[float]]:
         """How far all choices were off at the newest values, newest first."""
@@ -85,7 +85,7 @@ class Rules:
         """Which choice of a held input is far better than holding it but for up to two points,
         which are kinks and no jumps? (points, choices), and the squared change before; 0 for
         none."""
-        found = {}
+        rests = {}
         for index in range(1, len(self.weights) + 1):
             held, errors = squares[:, 0], squares[:, index]
             order = np.argsort(errors, kind="stable")
@@ -95,8 +95,8 @@ class Rules:
             of_kinks = max((held[k] for k in kinks if errors[k] > 0.25 * held[k]), default=0.0)
             rest = float(errors[kept].sum())
             if rest < 0.05 * held[kept].sum() and of_kinks <= 4 * max(before, held[kept].max()):
-                found[index] = rest
-        return min(found, key=lambda index: found[index]) if found else 0
+                rests[index] = rest
+        return min(rests, key=lambda index: rests[index]) if rests else 0
 
 
 HELD_CANDIDATES = np.array([[-1.0, 0.0], [-3.0, 1.0]])
@@ -178,7 +178,7 @@ HELD, MOVED, TOLD = range(3)
 """What an input does in a step."""
 
 
-class Moving(Resampling):
+class MovingOracle(ResamplingOracle):
     """What is known and expected of the inputs, and the exact window behind a step. Final.
 
     The inputs at communication points; between two of them an input is held, or is on a line, or,
@@ -231,7 +231,9 @@ class Moving(Resampling):
             self._add(-age * h, row)
         self.goal = np.array(before[-1], dtype=np.float64)
 
-    def step(self, length: float, inputs: FloatArray, rates: FloatArray | None = None) -> Moving:
+    def step(
+        self, length: float, inputs: FloatArray, rates: FloatArray | None = None
+    ) -> MovingOracle:
         """Set inputs and perhaps their derivatives, and take a step."""
         if not self.begins:
             self._begin(inputs)
@@ -334,21 +336,21 @@ class Moving(Resampling):
             return row
         if end - time <= slack:
             return after
-        found = np.array(row)
+        inputs = np.array(row)
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "sine":
                 continue
             if self.ways[step][i] != HELD:
                 pair = slice(i, i + 1 + (signal.angle == "cosine"))
-                found[pair] = self._on_curve(step, i, time)
+                inputs[pair] = self._on_curve(step, i, time)
                 if signal.angle is None:
-                    found[i] = no_further(self.surrogate, i, found[i], row[i], after[i])
+                    inputs[i] = no_further(self.surrogate, i, inputs[i], row[i], after[i])
             elif self.first_order and signal.angle == "cosine":
                 z = np.stack([row, after])[:, i : i + 2]
-                found[i : i + 2] = plain_arc(time, np.array([begin, end]), z)
+                inputs[i : i + 2] = plain_arc(time, np.array([begin, end]), z)
             elif self.first_order:
-                found[i] = row[i] + (time - begin) / (end - begin) * (after[i] - row[i])
-        return found
+                inputs[i] = row[i] + (time - begin) / (end - begin) * (after[i] - row[i])
+        return inputs
 
     def _on_curve(self, step: int, index: int, time: float) -> tuple[float, ...]:
         """On the polynomial through both ends of a step, and points before where it moved."""
@@ -373,13 +375,13 @@ class Moving(Resampling):
         do not move smoothly, their moments, (3, n_inputs), as for ``spread``; of the others a
         twelfth of their slopes at both times, (2, n_inputs)."""
         slack, first = SLACK * self.surrogate.window.step, self._step_at(begin)
-        found = np.array(self.rows[first])
-        moments, edges = np.zeros((3, len(found))), np.zeros((2, len(found)))
+        means = np.array(self.rows[first])
+        moments, edges = np.zeros((3, len(means))), np.zeros((2, len(means)))
         for i, signal in enumerate(self.surrogate.inputs):
             if signal.angle == "cosine" and self.ways[first][i] != HELD:
                 z = np.stack([self.rows[first], self._end(first)[1]])[:, i : i + 2]
                 times = np.array([self.begins[first], self._end(first)[0]])
-                found[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
+                means[i : i + 2] = plain_arc(0.5 * (begin + end), times, z)
             if signal.angle is not None:
                 continue
             mean, moment, square, cube, all_move, step, at = 0.0, 0.0, 0.0, 0.0, True, first, begin
@@ -402,13 +404,13 @@ class Moving(Resampling):
                 cube += share * value * late * (late**2 + share**2 / 4)
                 cube += share**2 * rise * (late**2 / 4 + share**2 / 80)
                 at, step = to, step + (not last)
-            found[i], moments[:, i] = mean, (moment, square - mean / 12, cube)
+            means[i], moments[:, i] = mean, (moment, square - mean / 12, cube)
             smooth = all_move and not self.known
             held = self._held_for(first, i, begin, end) if smooth else None
             if held is not None:
-                found[i], edges[:, i] = held
+                means[i], edges[:, i] = held
                 moments[:, i] = 0.0
-        return found, moments, edges
+        return means, moments, edges
 
     def _held_for(
         self, first: int, index: int, begin: float, end: float
@@ -446,8 +448,8 @@ class Moving(Resampling):
         ends = time - h * np.arange(count, -1, -1)
         if self.first_order:
             return np.array([self.at(end) for end in ends[1:]])
-        found = [self._held(end - h, end) for end in ends]
-        rows, moments, edges = (np.array(one) for one in zip(*found, strict=True))
+        samples = [self._held(end - h, end) for end in ends]
+        rows, moments, edges = (np.array(one) for one in zip(*samples, strict=True))
         less = edges[:-1, 1] - edges[1:, 0]  # given to the older of two samples
         rows[:-1] += less
         moments[:-1] += less[:, None] * np.array([1 / 2, 1 / 4, 1 / 8])[:, None]

@@ -186,7 +186,7 @@ class Native(Instance):
 
 
 @dataclass
-class Loaded:
+class ExportedFmu:
     """An exported and unpacked FMU."""
 
     surrogate: Surrogate
@@ -217,5 +217,5 @@ class Loaded:
         return made
 
 
-Load = Callable[[Surrogate], Loaded]
+Load = Callable[[Surrogate], ExportedFmu]
 """The fixture ``load``: exports and unpacks a surrogate."""

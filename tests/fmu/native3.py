@@ -13,7 +13,7 @@ from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import OK, Instance, Loaded
+from tests.fmu.native import OK, ExportedFmu, Instance
 from tests.fmu.samples import STEP
 
 Watch = Callable[[float, bool], float | None]
@@ -133,7 +133,7 @@ class Native3(Instance):
         return np.array(sensitivity)
 
 
-def instance_of(loaded: Loaded, held: bool = True, **options: Any) -> Native3:
+def instance_of(loaded: ExportedFmu, held: bool = True, **options: Any) -> Native3:
     """An FMU as an instance of FMI 3.0; options are those of Native3.
 
     Held inputs are held in every step, unless ``held`` is false: then those that move smoothly are

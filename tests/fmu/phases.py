@@ -12,7 +12,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import n_phases
-from tests.fmu.moving_inputs import Moving
+from tests.fmu.moving_inputs import MovingOracle
 from tests.fmu.plain import UNSETTLED, plain_features, plain_layers, plain_pair
 
 NEAR = 1e-5
@@ -52,7 +52,7 @@ class PlainPhases:
     """
 
     def __init__(self, surrogate: Surrogate, known: bool = False) -> None:
-        self.surrogate, self.inputs = surrogate, Moving(surrogate, known)
+        self.surrogate, self.inputs = surrogate, MovingOracle(surrogate, known)
         self._phases: list[Phase] = []
         self._steps, self._errors = 0, np.zeros(len(surrogate.outputs))
 

@@ -32,11 +32,11 @@ class Places:
 
     def references(self, places: Iterable[int]) -> ctypes.Array[ctypes.c_uint]:
         """Value references as an array of C."""
-        found = [
+        references = [
             self._variables[place].reference if place < len(self._variables) else place
             for place in places
         ]
-        return (ctypes.c_uint * len(found))(*found)
+        return (ctypes.c_uint * len(references))(*references)
 
     def of_held(self) -> list[int]:
         """The value reference of the parameter that says that inputs are held, if there is one."""
@@ -50,7 +50,7 @@ class Places:
         values: list[float] = []
         worst = 0
         for boolean, group in groupby(places, self._is_boolean):
-            status, found = read(self.references(group), boolean)
-            values += map(float, found)
+            status, those = read(self.references(group), boolean)
+            values += map(float, those)
             worst = max(worst, status)
         return worst, values

@@ -43,14 +43,14 @@ def plain_signals(features: Features, newest_first: FloatArray) -> FloatArray:
 
 def plain_directors(features: Director, inputs: FloatArray) -> Any:
     """The angles as complex numbers of length 1."""
-    found = []
+    directions = []
     for i, kind in enumerate(features.kinds):
         if kind == COSINE:
-            found.append(complex(*inputs[i : i + 2]) / math.hypot(*inputs[i : i + 2]))
+            directions.append(complex(*inputs[i : i + 2]) / math.hypot(*inputs[i : i + 2]))
         elif kind == ANGLE:
             angle = features.scaling.offset[i] + features.scaling.scale[i] * inputs[i]
-            found.append(complex(math.cos(angle), math.sin(angle)))
-    return np.array(found)
+            directions.append(complex(math.cos(angle), math.sin(angle)))
+    return np.array(directions)
 
 
 def plain_features(features: FeatureMap, records: FloatArray) -> FloatArray:
@@ -172,9 +172,9 @@ def shares_of(later: int, earlier: int) -> FloatArray:
     middles = np.arange(later, -earlier - 1, -1, dtype=np.float64)
     powers = np.arange(1, len(middles) + 1)
     means = ((middles[:, None] + 0.5) ** powers - (middles[:, None] - 0.5) ** powers) / powers
-    found = np.zeros((len(middles), 4))
-    found[:, : len(middles)] = np.linalg.inv(means).T[:, :4]
-    return found[:, 1:]
+    weights = np.zeros((len(middles), 4))
+    weights[:, : len(middles)] = np.linalg.inv(means).T[:, :4]
+    return weights[:, 1:]
 
 
 def spread(means: FloatArray, moments: FloatArray) -> FloatArray:
@@ -208,7 +208,7 @@ def doubted(means: FloatArray, moments: FloatArray) -> FloatArray:
     return samples
 
 
-class Resampling:
+class ResamplingOracle:
     """The exact window at the end of communication steps of any length. Final.
 
     Attributes:

@@ -14,9 +14,9 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.description.surrogate_variables import memory_lengths
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.moving_inputs import Moving
+from tests.fmu.moving_inputs import MovingOracle
 from tests.fmu.native import DISCARD, ERROR, OK, WARNING
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 
 INSTANTIATED, INITIALIZATION, STEPPING, TERMINATED = "instantiated", "initial", "step", "end"
 
@@ -138,15 +138,15 @@ class PlainFmu:
         self.window = tuple(map(tuple, rows.tolist()))
         return OK
 
-    def _past(self) -> Resampling:
+    def _past(self) -> ResamplingOracle:
         """What is known before the first step, and all steps."""
         before = {0: None, 1: np.array([self.initial]), 2: np.array(self.window)}[self.prehistory]
         if not self.steps:  # what is set counts as held for ever, where nothing else is known
-            start = Resampling(self.surrogate)
+            start = ResamplingOracle(self.surrogate)
             for row in [self.inputs] if before is None else before:
                 start.append(self.surrogate.window.step, np.array(row))
             return start
-        past = Moving(self.surrogate, known=True, before=before)
+        past = MovingOracle(self.surrogate, known=True, before=before)
         for length, inputs, rates in self.steps:
             past.step(length, np.array(inputs), np.array(rates) if any(rates) else None)
         return past
@@ -214,7 +214,7 @@ class PlainFmu:
     def _reached(self) -> Inputs:
         """The inputs until now, or before the first step."""
         past = self._past()
-        if isinstance(past, Moving):
+        if isinstance(past, MovingOracle):
             return tuple(past.goal.tolist())
         return (self.inputs, self.initial, self.window[-1])[self.prehistory]
 

@@ -22,7 +22,7 @@ from tests.fmu.any_step import (
     n_phases,
 )
 from tests.fmu.native import OK, Load
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
 
@@ -40,7 +40,7 @@ def test_step_of_any_length_gives_what_resampling_gives(
     surrogate = random_surrogate(dataclasses.replace(shape, hold=hold))
     lengths = (HALVES[pattern] * 60)[:60]
     inputs = drawn(60, shape.n_inputs)
-    oracle, n = Resampling(surrogate), shape.n_outputs
+    oracle, n = ResamplingOracle(surrogate), shape.n_outputs
     found = go(load(surrogate).instance().start(), lengths, inputs, 2 * n + 1)
     expected = [
         oracle.step(length * STEP, row) for length, row in zip(lengths, inputs, strict=True)
@@ -63,7 +63,7 @@ def test_estimates_of_held_inputs_are_those_of_their_samples(load: Load, parts: 
     """A change within a sample is felt in those before it. But all was known of the inputs: what
     became of earlier outputs says nothing of this one."""
     surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, positions=4))
-    native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
+    native, oracle = load(surrogate).instance().start(), ResamplingOracle(surrogate)
     inputs = drawn(60, 2)
     found = go(native, [1 / parts] * 60, inputs, 4)
     for k, row in enumerate(inputs):
@@ -95,7 +95,7 @@ def test_switching_of_step_lengths_stays_within_the_truncation_error(load: Load)
     """h, 0.6 h, h again: outputs stay within the measured truncation error of the exact window,
     which the first step in each phase of time gives."""
     surrogate = random_surrogate(Shape(cell=LASTING))
-    native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
+    native, oracle = load(surrogate).instance().start(), ResamplingOracle(surrogate)
     lengths = [1.0] * 30 + [0.6] * 30 + [1.0] * 30
     inputs = drawn(len(lengths), 1)
     found = go(native, lengths, inputs, 3)
@@ -135,7 +135,7 @@ def test_step_of_many_windows_ends_in_the_response_to_a_held_input(load: Load) -
 def test_short_steps_are_joined_without_loss_on_a_line(load: Load) -> None:
     """Steps of h / 40 under an input that grows linearly: the remembered points are fewer."""
     surrogate = random_surrogate(Shape(hold="first_order"))
-    native, oracle = load(surrogate).instance().start(), Resampling(surrogate)
+    native, oracle = load(surrogate).instance().start(), ResamplingOracle(surrogate)
     count = 40 * 18
     inputs = np.linspace(-2, 3, count)[:, None]
     found = go(native, [1 / 40] * count, inputs)
@@ -158,7 +158,10 @@ def test_small_steps_of_a_held_input_lose_nothing(load: Load, parts: int) -> Non
 
 def test_shorter_steps_than_a_thirty_second_are_joined(load: Load) -> None:
     """Of an input that changes in every step; each sample is off by less than a joined step."""
-    native, oracle = load(sum_surrogate(20)).instance().start(), Resampling(sum_surrogate(20))
+    native, oracle = (
+        load(sum_surrogate(20)).instance().start(),
+        ResamplingOracle(sum_surrogate(20)),
+    )
     count = 80 * 15
     inputs = np.linspace(-1, 1, count)[:, None]
     found = go(native, [1 / 80] * count, inputs)

@@ -25,7 +25,7 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE, PREHISTORY_KNOWN
 from tests.fmu.any_step import ESTIMATE_TOLERANCE, FORGETFUL
 from tests.fmu.callers import Caller, Fmi2, Fmi3
-from tests.fmu.native import ERROR, OK, Load, Loaded
+from tests.fmu.native import ERROR, OK, ExportedFmu, Load
 from tests.fmu.plain_fmu import INITIALIZATION, STEPPING, TERMINATED, PlainFmu, Plan
 from tests.fmu.samples import STEP, Shape, random_surrogate
 from tests.marks import every
@@ -89,7 +89,7 @@ class Sequences(RuleBasedStateMachine):
     serialised = Bundle("serialised")
     pointers = Bundle("pointers")
 
-    def __init__(self, loaded: Loaded) -> None:
+    def __init__(self, loaded: ExportedFmu) -> None:
         super().__init__()
         surrogate = loaded.surrogate
         self.n_inputs, self.n_outputs = len(surrogate.inputs), len(surrogate.outputs)

@@ -28,7 +28,7 @@ from tests.fmu.derivatives import (
     inputs_for,
     surrogate_of,
 )
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Load, Native
 from tests.fmu.plain import five_point_slope, plain_features, plain_layers, plain_pair
 from tests.fmu.samples import SEEN, STEP, CellShape, Shape, random_surrogate
 from tests.marks import every
@@ -219,7 +219,7 @@ def test_newton_finds_the_input_for_a_wanted_output(load: Load) -> None:
     assert u == pytest.approx(1.2, abs=1e-4)
 
 
-def test_derivatives_that_are_not_finite_are_refused(rich: Loaded) -> None:
+def test_derivatives_that_are_not_finite_are_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start()
     native.step(0.3, 0.4)
     one, references = ctypes.c_size_t(1), [native.places.references([k]) for k in (2, 0)]

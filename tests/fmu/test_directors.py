@@ -15,7 +15,7 @@ from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import outputs_of_steps
 from tests.fmu.native import DISCARD, ERROR, OK, Load
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 ALLOWED = 4 * OUTPUT_TOLERANCE * 8
@@ -129,7 +129,7 @@ def test_angle_between_other_inputs_turns_whatever_the_network_sees(
     scaling.offset[1:3], scaling.scale[1:3] = 0.0, 1.5
     inputs = (random.inputs[0], *pair, random.inputs[3])
     surrogate = dataclasses.replace(random, inputs=inputs, input_scaling=scaling)
-    native, plain = load(surrogate).instance().start(), Resampling(surrogate)
+    native, plain = load(surrogate).instance().start(), ResamplingOracle(surrogate)
     for k, angle in enumerate((0.2, 1.4, 3.0, 4.5, 4.4, 2.0)):
         row = [0.3 * k, math.cos(angle), math.sin(angle), -0.2 * k]
         assert native.set(*row) == OK

@@ -18,7 +18,7 @@ from slide_fmu.surrogate.bound_statistics import statistics_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
 from tests.fmu.any_step import outputs_and_some
-from tests.fmu.moving_inputs import Moving
+from tests.fmu.moving_inputs import MovingOracle
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.plain import UNSETTLED, doubted, spread
@@ -177,7 +177,7 @@ def test_bound_of_forecast_inputs_adds_what_forecasts_changed(
 ) -> None:
     """To the bound of a record that ends with the forecast, in squares."""
     surrogate = surrogate_of("moving", blocks)
-    native, oracle = load(surrogate).instance().start(), Moving(surrogate)
+    native, oracle = load(surrogate).instance().start(), MovingOracle(surrogate)
     records = surrogate.input_scaling.invert(smooth_record(90))
     scale, lately, given = surrogate.output_scaling.scale, np.zeros(2), np.zeros(2)
     found, expected, without = [], [], []

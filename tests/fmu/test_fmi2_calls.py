@@ -12,12 +12,12 @@ import pytest
 
 from slide_fmu.fmu.libraries.build import BINARIES
 from slide_fmu.fmu.libraries.platforms import FmiVersion
-from tests.fmu.native import DISCARD, ERROR, OK, Instance, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Instance, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.standards import functions
 
 
-def test_unknown_references_and_null_pointers_are_refused(rich: Loaded) -> None:
+def test_unknown_references_and_null_pointers_are_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start()
     assert native.try_get(12)[0] == OK
     assert native.try_get(13)[0] == ERROR
@@ -36,7 +36,7 @@ def test_unknown_references_and_null_pointers_are_refused(rich: Loaded) -> None:
         assert native.call(f"fmi2{function}", None, None, None) == ERROR
 
 
-def test_calls_in_the_wrong_state_are_refused(rich: Loaded) -> None:
+def test_calls_in_the_wrong_state_are_refused(rich: ExportedFmu) -> None:
     native = rich.instance()
     assert native.do_step(0.0) == ERROR
     assert "instantiated" in native.messages[-1]
@@ -50,7 +50,7 @@ def test_calls_in_the_wrong_state_are_refused(rich: Loaded) -> None:
     assert native.try_get(2)[0] == OK
 
 
-def test_all_functions_of_both_standards_are_exported(rich: Loaded) -> None:
+def test_all_functions_of_both_standards_are_exported(rich: ExportedFmu) -> None:
     windows = (BINARIES / "x86_64-windows" / "slide.dll").read_bytes()
     arm = (BINARIES / "aarch64-linux" / "slide.so").read_bytes()
     names = functions(2) + functions(3)
@@ -63,7 +63,9 @@ def test_all_functions_of_both_standards_are_exported(rich: Loaded) -> None:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_call_without_an_instance_is_an_error_and_no_crash(rich: Loaded, fmi: FmiVersion) -> None:
+def test_call_without_an_instance_is_an_error_and_no_crash(
+    rich: ExportedFmu, fmi: FmiVersion
+) -> None:
     for name in functions(fmi):
         if not re.search("Instantiate|FreeInstance|GetVersion|GetTypesPlatform", name):
             assert getattr(rich.library, name)(*[ctypes.c_void_p()] * 9) == ERROR, name
@@ -79,7 +81,7 @@ NOT_OFFERED = [
 ]
 
 
-def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> None:
+def test_functions_that_are_not_offered_answer_with_an_error(rich: ExportedFmu) -> None:
     two, three = rich.instance().start(), instance_of(rich).start()
     for name in NOT_OFFERED:
         native: Instance = two if name.startswith("fmi2") else three
@@ -87,7 +89,7 @@ def test_functions_that_are_not_offered_answer_with_an_error(rich: Loaded) -> No
         assert native.messages[-1].startswith(name)
 
 
-def test_statuses_that_are_not_known_are_discarded(rich: Loaded) -> None:
+def test_statuses_that_are_not_known_are_discarded(rich: ExportedFmu) -> None:
     """Section 4.2.3 of the standard: an importer goes on."""
     native = rich.instance().start()
     value = ctypes.c_double()
@@ -105,7 +107,7 @@ def test_statuses_that_are_not_known_are_discarded(rich: Loaded) -> None:
 
 
 def test_debug_logging_reports_calls_while_it_is_on_and_refuses_unknown_categories(
-    rich: Loaded,
+    rich: ExportedFmu,
 ) -> None:
     native = rich.instance()
     no_categories = (ctypes.c_size_t(0), None)
@@ -118,7 +120,7 @@ def test_debug_logging_reports_calls_while_it_is_on_and_refuses_unknown_categori
     assert native.call("fmi2SetDebugLogging", 1, ctypes.c_size_t(1), wrong) == ERROR
 
 
-def test_instance_without_callbacks_reports_errors_without_a_crash(rich: Loaded) -> None:
+def test_instance_without_callbacks_reports_errors_without_a_crash(rich: ExportedFmu) -> None:
     library = rich.library
     library.fmi2Instantiate.restype = ctypes.c_void_p
     arguments = (b"one", 1, rich.guid.encode(), rich.uri.encode(), None, 0, 1)
@@ -129,7 +131,7 @@ def test_instance_without_callbacks_reports_errors_without_a_crash(rich: Loaded)
 
 
 def test_resource_location_is_read_in_every_spelling_of_a_local_uri_and_refused_otherwise(
-    rich: Loaded, tmp_path: Path
+    rich: ExportedFmu, tmp_path: Path
 ) -> None:
     odd = tmp_path / "with space, % and ü"
     shutil.copytree(rich.folder / "resources", odd)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.fmu.derivatives import derivatives
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Load
 from tests.fmu.native3 import NO, Native3, instance_of, with_separator
 from tests.fmu.places import first_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
@@ -37,7 +37,7 @@ def test_results_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: Shape
     assert two.save() == three.save()
 
 
-def test_state_saved_by_one_standard_is_restored_by_the_other(rich: Loaded) -> None:
+def test_state_saved_by_one_standard_is_restored_by_the_other(rich: ExportedFmu) -> None:
     two, three, again = rich.instance().start(), instance_of(rich).start(), instance_of(rich)
     two.step(0.3, 0.1)
     assert three.restore(two.save()) == again.restore(two.save()) == OK
@@ -71,7 +71,7 @@ def test_derivatives_of_fmi_3_are_those_of_fmi_2_to_the_bit(load: Load, shape: S
         np.testing.assert_allclose(adjoint, weights @ expected, rtol=1e-12, atol=1e-15)
 
 
-def test_derivatives_with_wrong_counts_are_refused(rich: Loaded) -> None:
+def test_derivatives_with_wrong_counts_are_refused(rich: ExportedFmu) -> None:
     native, one = instance_of(rich).start(), (ctypes.c_double * 2)()
     knowns, unknowns = map(native.places.references, ([0, 1], [2]))
     counts = unknowns, ctypes.c_size_t(1), knowns, ctypes.c_size_t(2)
@@ -82,7 +82,7 @@ def test_derivatives_with_wrong_counts_are_refused(rich: Loaded) -> None:
     assert "1 seeds and 1 sensitivities; expected 1 and 2" in native.messages[-1]
 
 
-def test_time_of_the_instance_can_be_read_as_a_variable(rich: Loaded) -> None:
+def test_time_of_the_instance_can_be_read_as_a_variable(rich: ExportedFmu) -> None:
     native, time = instance_of(rich), first_of(rich.surrogate, "TIME")
     assert native.initialize(2.0) == OK
     assert native.get(time) == [2.0]
@@ -94,7 +94,7 @@ def test_time_of_the_instance_can_be_read_as_a_variable(rich: Loaded) -> None:
     assert native.try_get(time + 1)[0] == ERROR
 
 
-def test_step_reports_the_time_at_which_it_ended(rich: Loaded) -> None:
+def test_step_reports_the_time_at_which_it_ended(rich: ExportedFmu) -> None:
     native = instance_of(rich).start(1.0)
     assert native.do_step(1.0) == OK
     assert (native.last, native.flags) == (1.0 + STEP, (False, False, False))
@@ -109,7 +109,7 @@ def test_step_reports_the_time_at_which_it_ended(rich: Loaded) -> None:
     assert native.save() == saved
 
 
-def test_call_with_another_count_of_values_than_variables_is_refused(rich: Loaded) -> None:
+def test_call_with_another_count_of_values_than_variables_is_refused(rich: ExportedFmu) -> None:
     native = instance_of(rich).start()
     assert native.set(0.1, 0.2, count=1) == ERROR
     assert "1 values for 2 variables" in native.messages[-1]
@@ -117,7 +117,7 @@ def test_call_with_another_count_of_values_than_variables_is_refused(rich: Loade
     assert native.set(0.1, 0.2) == OK
 
 
-def test_start_and_stop_time_bound_the_steps(rich: Loaded) -> None:
+def test_start_and_stop_time_bound_the_steps(rich: ExportedFmu) -> None:
     native = instance_of(rich)
     for start, stop in ((math.nan, None), (2.0, 1.0), (1e16, None)):
         assert native.initialize(start, stop) == ERROR
@@ -136,7 +136,7 @@ def test_start_and_stop_time_bound_the_steps(rich: Loaded) -> None:
     assert native.start().do_step(0.0) == OK
 
 
-def test_resource_path_with_and_without_a_slash_is_read(rich: Loaded, tmp_path: Path) -> None:
+def test_resource_path_with_and_without_a_slash_is_read(rich: ExportedFmu, tmp_path: Path) -> None:
     odd = tmp_path / "with space, %41 # and ü"
     shutil.copytree(rich.folder / "resources", odd)
     for path in (str(odd), with_separator(odd)):
@@ -148,7 +148,7 @@ def test_resource_path_with_and_without_a_slash_is_read(rich: Loaded, tmp_path: 
     assert "100 %/" in native.messages[0]  # no printf format: signs stay as they are
 
 
-def test_instantiation_with_wrong_arguments_is_refused(rich: Loaded) -> None:
+def test_instantiation_with_wrong_arguments_is_refused(rich: ExportedFmu) -> None:
     native = Native3(rich.library, "other", rich.folder / "resources")
     assert not native.component.value
     assert "GUID other; expected slide-" in native.messages[0]
@@ -165,13 +165,13 @@ def test_instantiation_with_wrong_arguments_is_refused(rich: Loaded) -> None:
         assert "this FMU is for co-simulation" in messages[0]
 
 
-def test_version_is_that_of_the_standard(rich: Loaded) -> None:
+def test_version_is_that_of_the_standard(rich: ExportedFmu) -> None:
     library = rich.library  # each access loads it anew
     library.fmi3GetVersion.restype = ctypes.c_char_p
     assert library.fmi3GetVersion() == b"3.0"
 
 
-def test_variables_of_other_types_are_refused(rich: Loaded) -> None:
+def test_variables_of_other_types_are_refused(rich: ExportedFmu) -> None:
     native = instance_of(rich).start()
     for kind in ("Float32", "Int32", "UInt64", "String"):
         for verb in ("Get", "Set"):
@@ -184,7 +184,7 @@ def test_variables_of_other_types_are_refused(rich: Loaded) -> None:
     assert native.call("fmi3GetIntervalDecimal", None, one, None, None) == ERROR
 
 
-def test_debug_logging_reports_calls_while_it_is_on(rich: Loaded) -> None:
+def test_debug_logging_reports_calls_while_it_is_on(rich: ExportedFmu) -> None:
     native = instance_of(rich, logging=True)
     assert native.messages[0].startswith("instantiated, window of ")
     native.start()

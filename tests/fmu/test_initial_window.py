@@ -18,7 +18,7 @@ from tests.fmu.any_step import ESTIMATE_TOLERANCE, FORGETFUL, both_holds
 from tests.fmu.future import future
 from tests.fmu.native import DISCARD, ERROR, OK, Load
 from tests.fmu.native3 import Native3, instance_of
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
@@ -63,7 +63,7 @@ def test_start_with_an_initial_window_is_as_if_the_fmu_had_run_on_it(
 ) -> None:
     """Outputs and estimates at the start and after it, against resampling of window and steps."""
     surrogate = random_surrogate(replace(shape, hold=hold))
-    native, oracle, time = instance_of(load(surrogate)), Resampling(surrogate), 0.0
+    native, oracle, time = instance_of(load(surrogate)), ResamplingOracle(surrogate), 0.0
     window = window_for(surrogate)
     assert set_window(native, surrogate, window) == OK, native.messages
     native.start()

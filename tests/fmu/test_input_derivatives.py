@@ -27,8 +27,8 @@ from tests.fmu.any_step import (
     n_phases,
 )
 from tests.fmu.derivatives import ROUNDED, derivative, inputs_for, surrogate_of
-from tests.fmu.moving_inputs import Moving
-from tests.fmu.native import DISCARD, ERROR, OK, WARNING, Load, Loaded, Native
+from tests.fmu.moving_inputs import MovingOracle
+from tests.fmu.native import DISCARD, ERROR, OK, WARNING, ExportedFmu, Load, Native
 from tests.fmu.plain import five_point_slope
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
@@ -43,7 +43,7 @@ def rates_for(lengths: list[float], n_inputs: int) -> FloatArray:
     return np.asarray(rates)
 
 
-def assert_outputs(found: FloatArray, outputs: FloatArray, oracle: Moving) -> None:
+def assert_outputs(found: FloatArray, outputs: FloatArray, oracle: MovingOracle) -> None:
     """Outputs are those of the window, to single precision, which is relative to their size.
 
     What a cell forgets within the window grows with its inputs. In a long step after short ones
@@ -67,7 +67,7 @@ def test_moving_inputs_are_resampled(load: Load, shape: Shape, pattern: str, hol
     lengths, n = (PATTERNS[pattern] * 60)[:60], shape.n_outputs
     inputs, rates = drawn(60, shape.n_inputs), rates_for(lengths, shape.n_inputs)
     native, time = load(surrogate).instance(held=False).start(), 0.0
-    oracle = Moving(surrogate, known=hold == "first_order")
+    oracle = MovingOracle(surrogate, known=hold == "first_order")
     for length, row, slope in zip(lengths, inputs, rates, strict=True):
         assert native.set(*row) == native.set_rates(*slope) == OK
         assert native.do_step(time, length * STEP) == OK, native.messages
@@ -218,7 +218,7 @@ def test_failed_step_with_input_derivatives_changes_nothing(load: Load, hold: Ho
         assert native.get(1) == other.get(1)
 
 
-def test_input_derivatives_with_wrong_arguments_are_refused(rich: Loaded) -> None:
+def test_input_derivatives_with_wrong_arguments_are_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -235,7 +235,7 @@ def test_input_derivatives_with_wrong_arguments_are_refused(rich: Loaded) -> Non
     assert native.set_rates(1.0) == ERROR
 
 
-def test_input_derivatives_of_higher_order_are_not_used(rich: Loaded) -> None:
+def test_input_derivatives_of_higher_order_are_not_used(rich: ExportedFmu) -> None:
     """A warning where they are not zero; the first one counts all the same."""
     native, first_only = (rich.instance().start() for _ in range(2))
     both = (ctypes.c_uint * 2)(0, 0), ctypes.c_size_t(2), (ctypes.c_int * 2)(1, 2)
@@ -355,7 +355,7 @@ def moved_output(
 def test_input_derivatives_set_through_fmpy_are_resampled(load: Load) -> None:
     """By fmpy's own call; its simulate_fmu gives none (0.3.32 fails on an array of nine)."""
     surrogate, step = random_surrogate(Shape(cell=FORGETFUL)), 2 * STEP
-    loaded, oracle = load(surrogate), Moving(surrogate)
+    loaded, oracle = load(surrogate), MovingOracle(surrogate)
     (output,) = (v.reference for v in fmu_variables(surrogate) if v.name == "y0")
     slave = FMU2Slave(
         guid=loaded.guid,

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import LASTING, both_holds, drawn
-from tests.fmu.native import ERROR, OK, Load, Loaded
+from tests.fmu.native import ERROR, OK, ExportedFmu, Load
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.places import first_of
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
@@ -162,7 +162,7 @@ def test_inputs_that_were_not_set_in_intermediate_updates_are_forecast_on(
 
 
 def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_called(
-    rich: Loaded,
+    rich: ExportedFmu,
 ) -> None:
     time_reference = first_of(rich.surrogate, "TIME")
     found: list[object] = []
@@ -187,7 +187,7 @@ def test_intermediate_update_has_the_time_of_its_sample_and_says_what_may_be_cal
 
 @pytest.mark.parametrize(("until", "end"), [(2, 2), (2.5, 3), (0, 1), (9, 4), (math.nan, 4)])
 def test_step_that_may_return_early_ends_at_the_sample_that_was_asked_for(
-    rich: Loaded, until: float, end: int
+    rich: ExportedFmu, until: float, end: int
 ) -> None:
     asked = instance_of(rich, watch=lambda _time, _may_set: until * STEP, ends=True).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
@@ -201,7 +201,7 @@ def test_step_that_may_return_early_ends_at_the_sample_that_was_asked_for(
 
 @pytest.mark.parametrize("start", [0.0, 0.3, -7.1])
 def test_early_return_at_the_rounded_time_of_a_sample_ends_there(
-    rich: Loaded, start: float
+    rich: ExportedFmu, start: float
 ) -> None:
     """Times that an importer rounds in its own way."""
     for k in range(1, 99, 7):
@@ -213,7 +213,7 @@ def test_early_return_at_the_rounded_time_of_a_sample_ends_there(
         assert asked.last == pytest.approx(wanted, abs=1e-9)
 
 
-def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
+def test_early_return_ends_one_step_alone(rich: ExportedFmu) -> None:
     asked = instance_of(
         rich, watch=lambda time, _may_set: 2.5 * STEP if time < 1.5 * STEP else None, ends=True
     ).start()
@@ -223,7 +223,7 @@ def test_early_return_ends_one_step_alone(rich: Loaded) -> None:
     assert asked.flags == (False, False, False)
 
 
-def test_step_that_may_not_return_early_goes_to_its_end(rich: Loaded) -> None:
+def test_step_that_may_not_return_early_goes_to_its_end(rich: ExportedFmu) -> None:
     asked = instance_of(rich, watch=lambda time, _may_set: time).start()
     assert asked.do_step(0.0, 4 * STEP) == OK
     assert (asked.last, asked.flags) == (pytest.approx(4 * STEP), (False, False, False))

@@ -14,7 +14,7 @@ from slide_fmu.fmu.export import read_fmu
 from tests.bounded import bounded_surrogate
 from tests.fmu.any_step import FORGETFUL, LASTING, both_holds, drawn, go
 from tests.fmu.derivatives import derivatives
-from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
+from tests.fmu.moving_inputs import MovingOracle, forecasting, moving_inputs
 from tests.fmu.native import ERROR, OK, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.test_error_bounds import places, surrogate_of
@@ -168,7 +168,7 @@ def test_many_new_phases_under_long_steps_leave_later_steps_their_own(load: Load
     """Long steps take in all samples anew whatever that costs: half steps after them still go on
     in phases of their own, after at most a window for each."""
     surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL))
-    native, oracle = load(surrogate).instance().start(), Moving(surrogate, known=True)
+    native, oracle = load(surrogate).instance().start(), MovingOracle(surrogate, known=True)
     lengths = [3, 0.17] * 100 + [1, 0.33] + [0.5] * 100
     rows = drawn(len(lengths), 2)
     found = go(native, lengths, rows, 2)[-20:]

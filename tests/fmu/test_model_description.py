@@ -14,7 +14,7 @@ from slide_fmu.cosim.check import check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate
-from tests.fmu.native import OK, Load, Loaded
+from tests.fmu.native import OK, ExportedFmu, Load
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 from tests.refusals import refused
 
@@ -170,7 +170,7 @@ def test_start_values_lie_in_the_range(surrogate: Surrogate, tmp_path: Path) -> 
     assert [variable.start for variable in variables[:2]] == ["2.0", "-2.0"]
     assert check_fmu(path) == []
     folder = Path(fmpy.extract(str(path), str(tmp_path / "unpacked")))
-    native = Loaded(surrogate, path, folder).instance().start()
+    native = ExportedFmu(surrogate, path, folder).instance().start()
     assert native.get(0, 2) == [2.0, -2.0]
     native.set(2.5, -2.5)
     assert native.call("fmi2Reset") == OK

@@ -18,10 +18,10 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import ESTIMATE_TOLERANCE, LASTING, NAMES, PATTERNS, SHAPES, go, n_phases
 from tests.fmu.derivatives import ROUNDED, derivative, surrogate_of
 from tests.fmu.future import future
-from tests.fmu.moving_inputs import Moving, forecasting, moving_inputs
+from tests.fmu.moving_inputs import MovingOracle, forecasting, moving_inputs
 from tests.fmu.native import DISCARD, ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
-from tests.fmu.plain import Resampling, five_point_slope
+from tests.fmu.plain import ResamplingOracle, five_point_slope
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential, every
 
@@ -58,7 +58,7 @@ def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
 ) -> None:
     surrogate = moving(shape)
     lengths = ({"whole": [1.0], "double": [2.0], **PATTERNS}[pattern] * STEPS)[:STEPS]
-    rows, oracle = moving_inputs(surrogate, STEPS), Moving(surrogate)
+    rows, oracle = moving_inputs(surrogate, STEPS), MovingOracle(surrogate)
     found = outputs_of(load(surrogate).instance().start(), surrogate, lengths, rows)
     n = len(surrogate.outputs)
     for k, (length, row) in enumerate(zip(lengths, rows, strict=True)):
@@ -77,7 +77,7 @@ def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
 def test_step_gives_what_a_record_gives_that_ends_with_the_forecast(load: Load) -> None:
     """A cell that remembers longer than its window: states take turns as in a record."""
     surrogate = moving(Shape(n_inputs=2, n_outputs=2, cell=LASTING, differences=1))
-    rows, oracle = moving_inputs(surrogate, 40), Moving(surrogate)
+    rows, oracle = moving_inputs(surrogate, 40), MovingOracle(surrogate)
     found = outputs_of(load(surrogate).instance().start(), surrogate, [1.0] * 40, rows)
     for k, row in enumerate(rows):
         goal = oracle.step(STEP, row).goal
@@ -256,7 +256,7 @@ def test_initial_inputs_come_a_sample_step_before_the_first_value(
     knowing.start()
     outputs_of(earlier, surrogate, [1.0], rows[:1])
     assert knowing.set(*rows[1]) == OK
-    at_start = Resampling(surrogate)
+    at_start = ResamplingOracle(surrogate)
     at_start.append(STEP, rows[0])
     at_start.append(STEP, rows[1])
     expected, _ = at_start.results()
@@ -284,7 +284,7 @@ def test_derivatives_of_inputs_go_before_the_forecast(
     load: Load, shape: Shape, length: float
 ) -> None:
     surrogate = moving(shape)
-    native, oracle = load(surrogate).instance().start(), Moving(surrogate)
+    native, oracle = load(surrogate).instance().start(), MovingOracle(surrogate)
     rows, n = moving_inputs(surrogate, 31), len(surrogate.outputs)
     for row, ahead in itertools.pairwise(rows):
         rates = (ahead - row) / (4 * length * STEP)

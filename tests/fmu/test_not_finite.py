@@ -16,7 +16,7 @@ from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.callers import Fmi2
 from tests.fmu.future import future
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 
 
@@ -34,7 +34,7 @@ def test_failed_step_leaves_derivatives_though_it_joined_steps_before(load: Load
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
-def test_input_that_is_not_finite_is_discarded(rich: Loaded, value: float) -> None:
+def test_input_that_is_not_finite_is_discarded(rich: ExportedFmu, value: float) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()

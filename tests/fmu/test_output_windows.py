@@ -17,10 +17,10 @@ from slide_fmu.fmu.export import export_fmu
 from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import FORGETFUL, LASTING, drawn
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Load
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.places import first_of
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 SHAPES = {
@@ -88,7 +88,7 @@ def test_output_window_after_a_step_off_the_grid_ends_with_the_step(load: Load) 
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, n_out=3)
     surrogate = random_surrogate(shape)
     native = instance_of(load(surrogate)).start()
-    rows, oracle = drawn(40, 2), Resampling(surrogate)
+    rows, oracle = drawn(40, 2), ResamplingOracle(surrogate)
     for k, row in enumerate(rows):
         assert native.set(*row) == native.do_step(0.5 * k * STEP, 0.5 * STEP) == OK
         oracle.append(0.5 * STEP, row)
@@ -177,7 +177,7 @@ def test_networks_of_one_sample_have_no_output_windows() -> None:
     assert names[-4:] == ["time", "y0_window", "initial_u0_window", "inputs_held"]
 
 
-def test_output_window_read_with_a_wrong_count_is_refused(rich: Loaded) -> None:
+def test_output_window_read_with_a_wrong_count_is_refused(rich: ExportedFmu) -> None:
     native, time = instance_of(rich).start(), first_of(rich.surrogate, "TIME")
     references = native.places.references([time, time + 1])
     values = (ctypes.c_double * 5)(*[-7.0] * 5)

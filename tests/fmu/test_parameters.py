@@ -21,7 +21,7 @@ from slide_fmu.network.state_space.cell import MIXED_UNITS
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.gradient import parameter_jacobian
 from slide_fmu.surrogate.surrogate import Surrogate
-from tests.fmu.native import DISCARD, ERROR, OK, Load, Loaded, Native
+from tests.fmu.native import DISCARD, ERROR, OK, ExportedFmu, Load, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.plain import UNSETTLED, plain_features, plain_pair
 from tests.fmu.samples import PARAMETERS, STEP, CellShape, Shape, random_surrogate
@@ -41,7 +41,7 @@ both_standards = pytest.mark.parametrize("fmi", [2, 3])
 Instance = Native | Native3
 
 
-def instance(loaded: Loaded, fmi: FmiVersion) -> Instance:
+def instance(loaded: ExportedFmu, fmi: FmiVersion) -> Instance:
     return loaded.instance() if fmi == 2 else instance_of(loaded)
 
 
@@ -53,7 +53,7 @@ def places(surrogate: Surrogate, fmi: FmiVersion) -> dict[str, int]:
 class Run:
     """An instance whose variables are set and read by name."""
 
-    def __init__(self, loaded: Loaded, fmi: FmiVersion) -> None:
+    def __init__(self, loaded: ExportedFmu, fmi: FmiVersion) -> None:
         self.native = instance(loaded, fmi)
         self.surrogate, self._places = loaded.surrogate, places(loaded.surrogate, fmi)
         self.time = 0.0
@@ -107,7 +107,7 @@ def test_fmu_begins_with_the_start_values(load: Load, fmi: FmiVersion) -> None:
     assert np.array(found) == pytest.approx(loaded.surrogate.predict_newest(rows), abs=SAME)
 
 
-def changed_at(step: int, loaded: Loaded, rows: FloatArray) -> FloatArray:
+def changed_at(step: int, loaded: ExportedFmu, rows: FloatArray) -> FloatArray:
     """Return the outputs of a plain loop whose parameters change to GIVEN before a step."""
     surrogate, changed = loaded.surrogate, loaded.surrogate.at(GIVEN)
     assert isinstance(surrogate.network, StateSpace)

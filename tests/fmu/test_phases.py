@@ -13,11 +13,11 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import FORGETFUL, LASTING, both_holds, drawn, go
 from tests.fmu.future import future
-from tests.fmu.moving_inputs import HELD, MOVED, Moving, forecasting, moving_inputs
+from tests.fmu.moving_inputs import HELD, MOVED, MovingOracle, forecasting, moving_inputs
 from tests.fmu.native import ERROR, OK, Load, Native
 from tests.fmu.native3 import instance_of
 from tests.fmu.phases import PlainPhases
-from tests.fmu.plain import Resampling
+from tests.fmu.plain import ResamplingOracle
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate, sum_surrogate
 from tests.marks import essential
 
@@ -136,7 +136,7 @@ def test_parts_of_a_step_give_the_whole_window_of_a_network_that_forgets(
 ) -> None:
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL, differences=2, positions=3)
     surrogate = forecasting_as(shape, hold)
-    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    native, oracle = load(surrogate).instance(held=False).start(), MovingOracle(surrogate)
     rows = moving_inputs(surrogate, 20 * parts)
     found = go(native, [1 / parts] * len(rows), rows, 2)
     for k, row in enumerate(rows):
@@ -166,7 +166,7 @@ def test_steps_of_a_millisecond_are_exact_up_to_twenty_in_a_sample(
     surrogate = random_surrogate(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL))
     window = dataclasses.replace(surrogate.window, step=1e-3 * milliseconds)
     surrogate = dataclasses.replace(surrogate, window=window)
-    native, oracle = load(surrogate).instance(held=True).start(), Resampling(surrogate)
+    native, oracle = load(surrogate).instance(held=True).start(), ResamplingOracle(surrogate)
     rows, far = drawn(12 * milliseconds, 2), []
     for row, found in zip(rows, go(native, [1e-3 / STEP] * len(rows), rows, 2), strict=True):
         far.append(np.max(np.abs(oracle.step(1e-3, row)[0] - found)))
@@ -182,7 +182,7 @@ def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
     smooth within a sample, and what is not, may differ from one of these to the next."""
     shape = Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL)
     surrogate = forecasting_as(shape, hold)
-    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    native, oracle = load(surrogate).instance(held=False).start(), MovingOracle(surrogate)
     count = int(40 / np.mean(lengths))
     steps = (lengths * count)[:count]
     times = np.cumsum([0.0, *steps[:-1]])[:, None]
@@ -204,7 +204,7 @@ def test_irregular_steps_of_smooth_inputs_give_the_whole_window(
 def test_mixed_steps_of_smooth_inputs_give_the_whole_window(load: Load, hold: Hold) -> None:
     """Most steps end where no phase is: after some that saw all anew, outputs are interpolated."""
     surrogate = forecasting_as(Shape(n_inputs=2, n_outputs=2, cell=FORGETFUL), hold)
-    native, oracle = load(surrogate).instance(held=False).start(), Moving(surrogate)
+    native, oracle = load(surrogate).instance(held=False).start(), MovingOracle(surrogate)
     lengths = np.random.default_rng(1).choice([1, 1 / 2, 1 / 4, 1 / 5, 1 / 8, 0.3], 400)
     times = np.cumsum([0.0, *lengths[:-1]])[:, None]
     scaled = 0.8 * np.sin(times * np.array([0.15, 0.12]) + np.array([0.3, 1.0]))

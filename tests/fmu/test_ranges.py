@@ -12,7 +12,7 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from slide_fmu.fmu.description.variables import IN_RANGE
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting
-from tests.fmu.native import OK, Load, Loaded
+from tests.fmu.native import OK, ExportedFmu, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 
 WIDE = Affine.of_channels([0.5], [3.0])
@@ -27,7 +27,7 @@ def wide_surrogate(shape: Shape) -> Surrogate:
     return dataclasses.replace(random_surrogate(shape), input_scaling=WIDE)
 
 
-def flags(loaded: Loaded, rows: np.ndarray, length: float = 1.0) -> list[float]:
+def flags(loaded: ExportedFmu, rows: np.ndarray, length: float = 1.0) -> list[float]:
     native, place, found = loaded.instance().start(), reference(loaded.surrogate), []
     for row in rows:
         assert native.set(*np.atleast_1d(row)) == OK

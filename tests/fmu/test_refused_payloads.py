@@ -16,11 +16,11 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import VERSION, PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.moving_inputs import forecasting
-from tests.fmu.native import Load, Loaded
+from tests.fmu.native import ExportedFmu, Load
 from tests.fmu.samples import CellShape, Shape, random_surrogate, sum_surrogate
 
 
-def refused(loaded: Loaded, content: bytes) -> str:
+def refused(loaded: ExportedFmu, content: bytes) -> str:
     """What the library says about a surrogate file; Python must refuse it, too."""
     with pytest.raises(PayloadError):
         Surrogate.from_bytes(content)
@@ -94,7 +94,7 @@ def test_ages_that_do_not_fall_are_refused(load: Load, ages: tuple[int, ...]) ->
     assert "age" in message
 
 
-def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: Loaded) -> None:
+def test_instantiation_with_a_wrong_guid_or_payload_is_refused(rich: ExportedFmu) -> None:
     assert not rich.instance(guid="other").component.value
     assert "GUID other; expected slide-" in rich.instances[-1].messages[0]
     payload = rich.folder / "resources" / "surrogate.slide"

@@ -21,7 +21,7 @@ from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from tests.fmu.driver import run_compiler
-from tests.fmu.native import ERROR, OK, Loaded, Native
+from tests.fmu.native import ERROR, OK, ExportedFmu, Native
 from tests.fmu.samples import random_surrogate
 from tests.fmu.test_sources import RANGE, SHAPES, run
 
@@ -40,14 +40,16 @@ COMPILERS: dict[str, tuple[list[str], tuple[str, ...]]] = {
 """Command and flags of each target. The headers of Microsoft's C library come with no package."""
 
 
-def exported(shape: str, folder: Path, fmi: FmiVersion = 2) -> Loaded:
+def exported(shape: str, folder: Path, fmi: FmiVersion = 2) -> ExportedFmu:
     """A scalar source FMU, unpacked."""
     surrogate = random_surrogate(SHAPES[shape])
     path = export_fmu(surrogate, folder / f"{shape}{fmi}.fmu", fmi=fmi, sources="scalar")
-    return Loaded(surrogate, path, Path(fmpy.extract(str(path), str(folder / f"{shape}{fmi}"))))
+    return ExportedFmu(
+        surrogate, path, Path(fmpy.extract(str(path), str(folder / f"{shape}{fmi}")))
+    )
 
 
-def sources_of(loaded: Loaded) -> list[str]:
+def sources_of(loaded: ExportedFmu) -> list[str]:
     return [str(path) for path in sorted((loaded.folder / "sources").glob("*.c"))]
 
 
@@ -55,7 +57,7 @@ COMPILED: dict[tuple[str, ...], bytes] = {}
 """Libraries by the hash of their sources and the flags: several tests compile the same ones."""
 
 
-def library_of(loaded: Loaded, folder: Path, *flags: str) -> ctypes.CDLL:
+def library_of(loaded: ExportedFmu, folder: Path, *flags: str) -> ctypes.CDLL:
     """Compile and load the sources; all warnings are errors. It shares no memory with others."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
@@ -71,7 +73,7 @@ def library_of(loaded: Loaded, folder: Path, *flags: str) -> ctypes.CDLL:
     return ctypes.CDLL(str(library))
 
 
-def instance_of(loaded: Loaded, library: ctypes.CDLL, name: str = "one") -> Native:
+def instance_of(loaded: ExportedFmu, library: ctypes.CDLL, name: str = "one") -> Native:
     return Native(library, loaded.guid, "no URI at all", name, loaded.surrogate)
 
 

@@ -25,7 +25,7 @@ from slide_fmu.fmu.libraries.build import WARNINGS, BuildError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import go
 from tests.fmu.driver import host_compilers, run_compiler
-from tests.fmu.native import Loaded, Native
+from tests.fmu.native import ExportedFmu, Native
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.refusals import refused
 
@@ -44,13 +44,15 @@ RANGE = 8.0
 """Of the outputs of random surrogates."""
 
 
-def exported(surrogate: Surrogate, folder: Path) -> Loaded:
+def exported(surrogate: Surrogate, folder: Path) -> ExportedFmu:
     """A source FMU, unpacked."""
     path = export_fmu(surrogate, folder / f"{surrogate.name}.fmu", sources=True)
-    return Loaded(surrogate, path, Path(fmpy.extract(str(path), str(folder / surrogate.name))))
+    return ExportedFmu(
+        surrogate, path, Path(fmpy.extract(str(path), str(folder / surrogate.name)))
+    )
 
 
-def compiled(loaded: Loaded, library: Path, *flags: str) -> Path:
+def compiled(loaded: ExportedFmu, library: Path, *flags: str) -> Path:
     """Compile all sources with one command; all warnings are errors."""
     command, _ = host_compilers()[0]
     sources = [str(path) for path in sorted((loaded.folder / "sources").glob("*.c"))]

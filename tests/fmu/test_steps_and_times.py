@@ -12,11 +12,11 @@ import fmpy
 import numpy as np
 import pytest
 
-from tests.fmu.native import ERROR, OK, Load, Loaded
+from tests.fmu.native import ERROR, OK, ExportedFmu, Load
 from tests.fmu.samples import STEP, sum_surrogate
 
 
-def test_step_of_no_positive_finite_length_is_refused(rich: Loaded) -> None:
+def test_step_of_no_positive_finite_length_is_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -47,7 +47,7 @@ def test_step_that_is_written_with_five_digits_is_the_step(load: Load, written: 
     assert longer.get(1, 3) != exact.get(1, 3)
 
 
-def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
+def test_no_step_ends_after_the_stop_time(rich: ExportedFmu) -> None:
     native = rich.instance()
     zero, stop = ctypes.c_double(0), ctypes.c_double(3 * STEP)
     assert native.call("fmi2SetupExperiment", 0, zero, zero, 1, stop) == OK
@@ -67,7 +67,7 @@ def test_no_step_ends_after_the_stop_time(rich: Loaded) -> None:
         assert native.do_step(k * STEP) == OK
 
 
-def test_stop_time_holds_for_its_own_run_alone(rich: Loaded) -> None:
+def test_stop_time_holds_for_its_own_run_alone(rich: ExportedFmu) -> None:
     """The state at the end of a run begins another one, whatever its stop time."""
     first, zero = rich.instance(), ctypes.c_double(0)
     assert first.call("fmi2SetupExperiment", 0, zero, zero, 1, ctypes.c_double(STEP)) == OK
@@ -103,14 +103,14 @@ def test_tiny_step_just_before_the_stop_time_is_accepted(load: Load, event: floa
 
 @pytest.mark.parametrize("interval", [2 * STEP, 0.6 * STEP, 0.1])
 def test_step_of_another_length_than_the_window_s_is_accepted(
-    rich: Loaded, interval: float
+    rich: ExportedFmu, interval: float
 ) -> None:
     result = fmpy.simulate_fmu(str(rich.path), stop_time=1.0, output_interval=interval)
     assert result["time"][-1] == pytest.approx(1.0)
     assert result["window_filled"][-1] == 1.0
 
 
-def test_step_that_does_not_follow_the_last_one_is_refused(rich: Loaded) -> None:
+def test_step_that_does_not_follow_the_last_one_is_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start(10.0)
     for time in (0.0, 10.0 + STEP, 10.0 + 1e-5, math.nan):
         assert native.do_step(time) == ERROR
@@ -170,7 +170,7 @@ def test_steps_of_an_importer_that_subtracts_times_are_accepted(load: Load) -> N
     assert abs(native.time() - times[-1]) < 1e-3 * odd
 
 
-def test_start_time_too_large_to_resolve_the_step_is_refused(rich: Loaded) -> None:
+def test_start_time_too_large_to_resolve_the_step_is_refused(rich: ExportedFmu) -> None:
     native = rich.instance()
     zero = ctypes.c_double(0)
     for start in (1e13, -1e13, 1e16, -1e300):

@@ -12,7 +12,7 @@ from slide_fmu.fmu.description.fmi2 import guid_of
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.fmu.libraries.build import WARNINGS, include_flags
 from tests.fmu.driver import build_program, host_compilers, required_sanitizer, run_compiler
-from tests.fmu.native import Load, Loaded
+from tests.fmu.native import ExportedFmu, Load
 from tests.fmu.samples import STEP, CellShape, Shape, random_surrogate
 from tests.fmu.small_shapes import CELLS, DIRECTOR, GATED, SMALL
 
@@ -35,12 +35,12 @@ ALLOWED_GROWTH = 1 << 20
 INSTRUMENTED = ["-fsanitize=thread", "-g"]
 
 
-def _unpacked(fmu: Path, folder: Path) -> Loaded:
+def _unpacked(fmu: Path, folder: Path) -> ExportedFmu:
     surrogate, _ = read_fmu(fmu)
-    return Loaded(surrogate, fmu, Path(fmpy.extract(str(fmu), str(folder))))
+    return ExportedFmu(surrogate, fmu, Path(fmpy.extract(str(fmu), str(folder))))
 
 
-def _linked(loaded: Loaded, folder: Path) -> Path:
+def _linked(loaded: ExportedFmu, folder: Path) -> Path:
     """The program with the FMU's own library."""
     program, library = folder / "stress", loaded.folder / "binaries" / fmpy.platform
     command, _ = host_compilers()[-1]
@@ -51,7 +51,7 @@ def _linked(loaded: Loaded, folder: Path) -> Path:
     return program
 
 
-def _run(program: Path, verb: str, loaded: Loaded, count: int) -> list[str]:
+def _run(program: Path, verb: str, loaded: ExportedFmu, count: int) -> list[str]:
     surrogate = loaded.surrogate
     n_outputs = len(surrogate.outputs)
     values = n_outputs * (1 if surrogate.estimator is None else 2)

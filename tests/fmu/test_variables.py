@@ -13,7 +13,7 @@ from slide_fmu.fmu.description.variables import BY_KEY, KINDS, REFERENCES_PER_KI
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate, with_span
-from tests.fmu.native import ERROR, OK, Load, Loaded, Native
+from tests.fmu.native import ERROR, OK, ExportedFmu, Load, Native
 from tests.fmu.native3 import Native3, instance_of
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
@@ -116,7 +116,7 @@ def _get(native: Native | Native3, variable: Variable, function: str) -> tuple[i
     return status, [float(value) for value in values]
 
 
-def _instance(loaded: Loaded, fmi: FmiVersion) -> Native | Native3:
+def _instance(loaded: ExportedFmu, fmi: FmiVersion) -> Native | Native3:
     if fmi == 2:
         return loaded.instance().start()
     return instance_of(loaded).start()

@@ -11,7 +11,7 @@ from slide_fmu.fmu.description.surrogate_variables import fmu_variables
 from tests.fmu.any_step import LASTING, go
 from tests.fmu.derivatives import derivative
 from tests.fmu.moving_inputs import forecasting
-from tests.fmu.native import ERROR, OK, Load, Loaded, Native
+from tests.fmu.native import ERROR, OK, ExportedFmu, Load, Native
 from tests.fmu.samples import Shape, random_surrogate, sum_surrogate
 
 
@@ -88,7 +88,7 @@ def test_outputs_in_initialization_mode_are_those_of_the_initial_inputs(load: Lo
     assert native.get(1) == [8.0]
 
 
-def test_reset_gives_a_fresh_instance(rich: Loaded) -> None:
+def test_reset_gives_a_fresh_instance(rich: ExportedFmu) -> None:
     fresh = rich.instance()
     used = rich.instance().start(7.0)
     used.set(0.3, 0.4)
@@ -97,7 +97,7 @@ def test_reset_gives_a_fresh_instance(rich: Loaded) -> None:
     assert used.save() == fresh.save()
 
 
-def test_state_is_bit_exact_in_another_instance(rich: Loaded) -> None:
+def test_state_is_bit_exact_in_another_instance(rich: ExportedFmu) -> None:
     rng = np.random.default_rng(1)
     one, other = rich.instance().start(), rich.instance()
     for row in rng.uniform(-1, 1, (20, 2)):
@@ -146,7 +146,7 @@ def test_state_goes_on_in_an_instance_with_another_past(
     assert other.save() == one.save()
 
 
-def test_damaged_states_are_refused(rich: Loaded) -> None:
+def test_damaged_states_are_refused(rich: ExportedFmu) -> None:
     native = rich.instance().start()
     native.step(0.1, 0.2)
     saved = native.save()
@@ -188,7 +188,7 @@ def test_instances_and_fmus_are_independent(load: Load) -> None:
         native.free()
 
 
-def test_instances_in_eight_threads_give_what_one_gives_alone(rich: Loaded) -> None:
+def test_instances_in_eight_threads_give_what_one_gives_alone(rich: ExportedFmu) -> None:
     """Eight instances stepped at the same time give what one gives alone."""
     inputs = np.random.default_rng(6).uniform(-1, 1, (2000, 2))
 

@@ -16,7 +16,7 @@ from slide_fmu.systems.simulation import simulate
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
 from slide_fmu.validation.validate import validate
-from tests.fmu.moving_inputs import Moving, forecasting
+from tests.fmu.moving_inputs import MovingOracle, forecasting
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
 from tests.progress import silent
@@ -63,7 +63,7 @@ def test_both_calls_are_measured_against_the_truth_at_the_same_times(found: Vali
     if found.surrogate.inputs_at_step_end:
         expected = found.surrogate.predict_newest(now)
     else:
-        moving, step = Moving(found.surrogate), RECIPE.window.step
+        moving, step = MovingOracle(found.surrogate), RECIPE.window.step
         expected = np.array([moving.step(step, row).results()[0] for row in now])
     assert one.plain is not None
     np.testing.assert_allclose(one.plain.surrogate, expected[SAMPLES - 1 :], rtol=1e-5, atol=1e-6)

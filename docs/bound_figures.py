@@ -45,16 +45,16 @@ def simulated() -> Series:
     }
 
 
-def draw_over_time(found: Series) -> None:
+def draw_over_time(series: Series) -> None:
     """Draw error and bound around the change, and the time in which the FMU is not trusted."""
     at = slice(COUNT - SHOWN, COUNT + SHOWN)
-    time, outside = found["time"][at], ~found["trusted"][at]
+    time, outside = series["time"][at], ~series["trusted"][at]
     figure, axes = plt.subplots(figsize=(6.6, 3), layout="constrained")
     axes.fill_between(
         time, 0, 1, where=outside, color=theme.SHADE, lw=0, transform=axes.get_xaxis_transform()
     )
-    axes.semilogy(time, found["error"][at], color=theme.BLUE, lw=0.9, label="error")
-    axes.semilogy(time, found["bound"][at], color=theme.ORANGE, lw=1.8, label="error bound, 95 %")
+    axes.semilogy(time, series["error"][at], color=theme.BLUE, lw=0.9, label="error")
+    axes.semilogy(time, series["bound"][at], color=theme.ORANGE, lw=1.8, label="error bound, 95 %")
     axes.axvline(0, color=theme.INK, lw=1, ls=":")
     text = {"color": theme.INK, "ha": "center", "transform": axes.get_xaxis_transform()}
     axes.text(time[0] / 2, 1.02, "force in range", **text)
@@ -64,12 +64,12 @@ def draw_over_time(found: Series) -> None:
     theme.save(figure, ROOT / "docs" / "bound_over_time.svg")
 
 
-def draw_scatter(found: Series) -> None:
+def draw_scatter(series: Series) -> None:
     """Draw the errors in range over what both networks disagree by, and over the bound."""
     chosen = np.linspace(300, COUNT - 1, DOTS).astype(int)
     figure, both = plt.subplots(1, 2, figsize=(6.6, 3), sharey=True, layout="constrained")
     for axes, name in zip(both, ("disagreement", "bound"), strict=True):
-        over, error = found[name][chosen], np.maximum(found["error"][chosen], 1e-7)
+        over, error = series[name][chosen], np.maximum(series["error"][chosen], 1e-7)
         above = error > over
         axes.loglog(over[~above], error[~above], ".", color=theme.BLUE, ms=3)
         axes.loglog(over[above], error[above], ".", color=theme.RED, ms=3)
@@ -120,14 +120,14 @@ def draw_parts() -> None:
 def main() -> None:
     """Simulate, draw all pictures, and print what they show."""
     matplotlib.rcParams.update({"svg.hashsalt": "bound", **theme.STYLE})
-    found = simulated()
-    draw_over_time(found)
-    draw_scatter(found)
+    series = simulated()
+    draw_over_time(series)
+    draw_scatter(series)
     draw_parts()
     ranges = {"in range": slice(300, COUNT), "beyond": slice(COUNT + 20, None)}
     for name, at in ranges.items():
-        covered = 100 * np.mean(found["error"][at] <= found["bound"][at])
-        flagged = 100 * np.mean(~found["trusted"][at])
+        covered = 100 * np.mean(series["error"][at] <= series["bound"][at])
+        flagged = 100 * np.mean(~series["trusted"][at])
         print(f"{name}: {covered:.1f} % covered, {flagged:.1f} % not trusted")
 
 

@@ -36,14 +36,14 @@ def main() -> None:
     axes.plot(time, 1e3 * known, color=theme.GREY, lw=6, alpha=0.6, label="input known")
     looks = ((0, theme.BLUE, "0: forecast"), (1, theme.ORANGE, "1: one step late"))
     for at_step_end, colour, label in looks:
-        found = fmpy.simulate_fmu(
+        outputs = fmpy.simulate_fmu(
             str(FMU),
             stop_time=time[-1],
             output_interval=step,
             input=table,
             start_values={"inputs_at_step_end": at_step_end},
         )
-        axes.plot(found["time"], 1e3 * found["deflection"], ".-", color=colour, label=label)
+        axes.plot(outputs["time"], 1e3 * outputs["deflection"], ".-", color=colour, label=label)
     axes.set(xlim=SHOWN, ylim=(-60, 60), xlabel="time / s", ylabel="deflection of the rod / mm")
     figure.legend(title="inputs_at_step_end", loc="outside upper center", ncols=3)
     theme.save(figure, ROOT / "docs" / "moving_inputs.svg")

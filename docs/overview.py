@@ -78,11 +78,11 @@ def answers() -> tuple[Window, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return window, times, force[:, 0], true, slide.simulate(FMU, times, force)[:, 0]
 
 
-def draw_response(axes: Axes, times: np.ndarray, true: np.ndarray, found: np.ndarray) -> None:
+def draw_response(axes: Axes, times: np.ndarray, true: np.ndarray, of_fmu: np.ndarray) -> None:
     """Draw the last part of both responses."""
-    times, true, found = times[-SHOWN:], true[-SHOWN:], found[-SHOWN:]
+    times, true, of_fmu = times[-SHOWN:], true[-SHOWN:], of_fmu[-SHOWN:]
     axes.plot(times, true, color=DARK, lw=1.2, label="position of the slow model")
-    axes.plot(times, found, color=ORANGE, lw=3.5, alpha=0.6, label="of the FMU")
+    axes.plot(times, of_fmu, color=ORANGE, lw=3.5, alpha=0.6, label="of the FMU")
     axes.set(xlim=(times[0], times[-1]), ylim=(-0.9, 1.1))
     axes.legend(loc="upper center", ncols=2, frameon=False, fontsize=9)
 

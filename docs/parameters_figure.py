@@ -39,12 +39,12 @@ def main() -> None:
     colours = iter((theme.BLUE, theme.ORANGE, theme.RED))
     for mass in MASSES:
         true = SliderCrank(step=STEP, slider_mass=mass).simulate(u)[1:, 0]
-        found = open_mass.predict_newest(u, {"slider_mass": mass})[:, 0]
-        ways = found, fixed.predict_newest(u)[:, 0]
+        predicted = open_mass.predict_newest(u, {"slider_mass": mass})[:, 0]
+        ways = predicted, fixed.predict_newest(u)[:, 0]
         errors.append([100 * np.std((way - true)[kept]) / np.std(true[kept]) for way in ways])
         if mass in SHOWN:
             upper.plot(t, 1e3 * true, theme.GREY, lw=5, alpha=0.7)
-            upper.plot(t, 1e3 * found, next(colours), lw=2, label=f"{mass} kg")
+            upper.plot(t, 1e3 * predicted, next(colours), lw=2, label=f"{mass} kg")
     upper.set(xlim=(12.6, 13.5), xlabel="time / s", ylabel="deflection of the rod / mm")
     upper.set(title="One FMU, three masses of the slider (model in grey)")
     upper.legend()

@@ -60,9 +60,9 @@ def pairs() -> list[Pair]:
 def main() -> None:
     """Print the pairs, and draw each as a line from the paper's error to the error here."""
     matplotlib.rcParams.update({"svg.hashsalt": "results", **theme.STYLE, "font.size": 12})
-    found = pairs()
-    figure, axes = plt.subplots(figsize=(6.4, 0.62 * len(found) + 1.1), layout="constrained")
-    for row, pair in enumerate(found):
+    compared = pairs()
+    figure, axes = plt.subplots(figsize=(6.4, 0.62 * len(compared) + 1.1), layout="constrained")
+    for row, pair in enumerate(compared):
         own = pair.own / pair.low
         axes.plot([own, 1], [row, row], color=theme.SHADE, lw=6, solid_capstyle="butt", zorder=1)
         axes.plot([1, pair.high / pair.low], [row, row], color=theme.GREY, lw=4, zorder=2)
@@ -73,7 +73,7 @@ def main() -> None:
             0.0093, row, f"{own:.2g} times", size=11, color=theme.BLUE, va="center", weight="bold"
         )
         print(f"{pair.name}: paper {pair.paper}, here {pair.here}, {own:.2g} times")
-    axes.set(xscale="log", xlim=(0.009, 2.4), ylim=(len(found) - 0.5, -0.9))
+    axes.set(xscale="log", xlim=(0.009, 2.4), ylim=(len(compared) - 0.5, -0.9))
     axes.set(xlabel="error relative to that of the paper", yticks=[])
     axes.set_xticks([0.03, 0.1, 0.3, 1], ["0.03", "0.1", "0.3", "1"])
     axes.minorticks_off()

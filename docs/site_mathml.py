@@ -22,15 +22,15 @@ def with_formulas(html: str) -> str:
     return FORMULA.sub(_replaced, html)
 
 
-def _replaced(found: re.Match[str]) -> str:
-    formula = mathml(unescape(found[2]), block=found[1] == "div")
-    return f'<div class="formula">{formula}</div>' if found[1] == "div" else formula
+def _replaced(match: re.Match[str]) -> str:
+    formula = mathml(unescape(match[2]), block=match[1] == "div")
+    return f'<div class="formula">{formula}</div>' if match[1] == "div" else formula
 
 
 def mathml(tex: str, block: bool = False) -> str:
     """Return a formula as MathML; a ``ValueError`` names a command that is not known."""
-    found = convert(tex, display="block" if block else "inline")
-    unknown = re.search(r"\\\w+", found)
+    markup = convert(tex, display="block" if block else "inline")
+    unknown = re.search(r"\\\w+", markup)
     if unknown is not None:
         raise ValueError(f"formula {tex!r}: latex2mathml does not know {unknown[0]}; correct it")
-    return FUNCTION.sub(SPACED, found.replace("&#x0211C;", "Re"))
+    return FUNCTION.sub(SPACED, markup.replace("&#x0211C;", "Re"))

@@ -75,11 +75,11 @@ class Browser:
 
     def evaluate(self, expression: str) -> Any:
         """Return the value of an expression of JavaScript, which is awaited."""
-        found = self.call(
+        answer = self.call(
             "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
         )
-        assert "exceptionDetails" not in found, found["exceptionDetails"]
-        return found["result"].get("value")
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
 
     def until(self, expression: str) -> None:
         """Wait until an expression holds."""
@@ -127,23 +127,23 @@ class Browser:
 
     def screenshot(self, path: Path, whole: bool = False) -> None:
         """Write what is seen as PNG; whole: also what is below."""
-        found = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
-        path.write_bytes(base64.b64decode(found["data"]))
+        picture = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
+        path.write_bytes(base64.b64decode(picture["data"]))
 
     def complaints(self) -> list[str]:
         """Return errors, warnings and addresses on the network that the page asked for."""
-        found = []
+        complaints = []
         for event in self.events:
             parameters = event.get("params", {})
             if event.get("method") == "Runtime.exceptionThrown":
-                found.append(str(parameters["exceptionDetails"]))
+                complaints.append(str(parameters["exceptionDetails"]))
             if event.get("method") == "Log.entryAdded":
-                found.append(str(parameters["entry"]))
+                complaints.append(str(parameters["entry"]))
             if event.get("method") == "Network.requestWillBeSent":
                 address = parameters["request"]["url"]
                 if not address.startswith(("file:", "about:", "data:", "blob:")):
-                    found.append(address)
-        return found
+                    complaints.append(address)
+        return complaints
 
 
 @contextlib.contextmanager

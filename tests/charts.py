@@ -20,11 +20,11 @@ def charts_of(page: str) -> dict[str, Any]:
 
 def panel_of(chart: Chart, title: str) -> Panel:
     """Return the panel of a chart with a title."""
-    (found,) = [panel for panel in chart.panels if panel.title == title]
-    return found
+    (match,) = [panel for panel in chart.panels if panel.title == title]
+    return match
 
 
 def line_of(lines: Sequence[Line], name: str) -> Line:
     """Return the line with a name."""
-    (found,) = [line for line in lines if line.name == name]
-    return found
+    (match,) = [line for line in lines if line.name == name]
+    return match

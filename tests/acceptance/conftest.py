@@ -288,12 +288,12 @@ def _run(folder: Path, name: str, text: str, workers: int) -> None:
 def _sources() -> bytes:
     """A hash of all that a run depends on, but for its recipe."""
     ends = {".py", ".c", ".h", ".js", ".css", ".html", ".md", ".xsd", ".lock"}
-    found = hashlib.sha256()
+    total = hashlib.sha256()
     for part in ("slide_fmu", "mbs_models", "requirements.lock"):
         for path in sorted([ROOT / part, *(ROOT / part).rglob("*")]):
             if path.is_file() and path.suffix in ends:
-                found.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
-    return found.digest()
+                total.update(str(path.relative_to(ROOT)).encode() + path.read_bytes())
+    return total.digest()
 
 
 def _key(text: str) -> str:

@@ -49,12 +49,12 @@ def rows_at(
 
 
 def test_run_learns_the_range_and_its_bound_covers_the_error(bounded: Finished) -> None:
-    found = bounded.figures["validation"]["in range"]
-    assert found["outputs"][0]["relative_rmse"] < LEARNT
+    in_range = bounded.figures["validation"]["in range"]
+    assert in_range["outputs"][0]["relative_rmse"] < LEARNT
     (row,) = rows_at(bounded, "in range", "all kinds", 1.0)
     assert row["outputs"][0]["covered"] > COVERED
     assert row["trusted"] > 0.8
-    assert found["error_estimate"]["span_samples"] > 1
+    assert in_range["error_estimate"]["span_samples"] > 1
     assert all(test["passed"] for test in bounded.figures["stability"])
 
 
@@ -80,7 +80,7 @@ def test_outputs_and_bounds_read_by_fmpy_are_those_of_numpy(
     force[BEYOND:] *= 2
     signals = np.empty(STEPS + 1, dtype=[("time", float), ("force", float)])
     signals["time"], signals["force"] = step * np.arange(STEPS + 1), [*force, 0.0]
-    found = fmpy.simulate_fmu(
+    outputs = fmpy.simulate_fmu(
         str(bounded.fmu),
         stop_time=STEPS * step,
         output_interval=step,
@@ -89,19 +89,19 @@ def test_outputs_and_bounds_read_by_fmpy_are_those_of_numpy(
         output=NAMES,
     )[1:]
     inputs = force[:, None]
-    off = found["position"] - surrogate.predict_newest(inputs)[:, 0]
+    off = outputs["position"] - surrogate.predict_newest(inputs)[:, 0]
     assert np.max(np.abs(off)) < FMU_TOLERANCE * (signal.high - signal.low)
     estimates = surrogate.estimate_error(inputs)[:, 0]
-    np.testing.assert_allclose(found["position_error_estimate"], estimates, rtol=ROUNDING)
+    np.testing.assert_allclose(outputs["position_error_estimate"], estimates, rtol=ROUNDING)
     trust = surrogate.trust(inputs)
     bounds = trust.bounds(confidence)[:, 0]
-    np.testing.assert_allclose(found["position_error_bound"], bounds, rtol=ROUNDING)
+    np.testing.assert_allclose(outputs["position_error_bound"], bounds, rtol=ROUNDING)
     novelty = trust.novelty
-    np.testing.assert_allclose(found["novelty"], novelty, rtol=2e-3)
+    np.testing.assert_allclose(outputs["novelty"], novelty, rtol=2e-3)
     expected = trust.in_domain
     assert expected[BEYOND - 50 : BEYOND].all()
     assert not expected[BEYOND + 10 :].any()
-    assert (found["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()
+    assert (outputs["in_domain"].astype(bool) == expected)[np.abs(novelty - 1) > 0.01].all()
 
 
 def test_report_and_card_show_the_bound_and_the_fading_memory(bounded: Finished) -> None:

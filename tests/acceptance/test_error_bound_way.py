@@ -70,7 +70,7 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
     signals = np.empty(count + 1, dtype=[("time", float), ("force", float)])
     signals["time"], signals["force"] = step * np.arange(count + 1), [*force, 0.0]
     for confidence in CONFIDENCES:
-        found = fmpy.simulate_fmu(
+        outputs = fmpy.simulate_fmu(
             str(finished.fmu),
             stop_time=count * step,
             output_interval=step,
@@ -79,25 +79,25 @@ def test_bound_read_by_fmpy_is_that_of_python(finished: Finished) -> None:
             output=NAMES,
         )[1:]
         bounds = trust.bounds(confidence)[:, 0]
-        off = np.abs(found["position_error_bound"] / bounds - 1)
+        off = np.abs(outputs["position_error_bound"] / bounds - 1)
         assert np.median(off) < 1e-3
         assert off.max() < ROUNDING
     novelty = trust.novelty
-    np.testing.assert_allclose(found["novelty"], novelty, rtol=2e-3)
+    np.testing.assert_allclose(outputs["novelty"], novelty, rtol=2e-3)
     expected = trust.in_domain
     assert expected[200:300].all()
     assert not expected[310:].any()
     clear = np.abs(novelty - 1) > 0.01
     clear[:CHANGES] = False
-    assert (found["in_domain"].astype(bool) == expected)[clear].all()
+    assert (outputs["in_domain"].astype(bool) == expected)[clear].all()
     ratio = trust.bounds()[:, 0] / surrogate.error_tolerances[0]
     clear &= np.abs(ratio - 1) > ROUNDING
     trusted = trust.trusted()
-    assert (found["trusted"].astype(bool) == trusted)[clear].all()
+    assert (outputs["trusted"].astype(bool) == trusted)[clear].all()
     assert trusted[200:300].mean() > 0.7
     assert surrogate.bound is not None
     filled = np.arange(1, count + 1) / surrogate.bound.filling_length
-    np.testing.assert_allclose(found["error_bound_filled"], np.minimum(filled, 1))
+    np.testing.assert_allclose(outputs["error_bound_filled"], np.minimum(filled, 1))
 
 
 def test_report_and_card_show_the_bound(finished: Finished) -> None:
@@ -130,16 +130,16 @@ def test_credentials_have_the_bound(finished: Finished) -> None:
 @needs_app("credentials")
 def test_experiment_repeats_bound_novelty_and_domain(finished: Finished) -> None:
     result = invoke("check", finished.fmu, "--run", "--json", "-")
-    found = json.loads(result.stdout[result.stdout.index("{") : result.stdout.rindex("}") + 1])
-    assert found["problems"] == []
-    assert set(NAMES) < found["replay"]["differences"].keys()
+    checked = json.loads(result.stdout[result.stdout.index("{") : result.stdout.rindex("}") + 1])
+    assert checked["problems"] == []
+    assert set(NAMES) < checked["replay"]["differences"].keys()
 
 
 def test_info_tells_sizes_confidences_and_blocks(finished: Finished) -> None:
-    found = json.loads(invoke("info", finished.fmu, "--json", "-").stdout)["error_bound"]
+    told = json.loads(invoke("info", finished.fmu, "--json", "-").stdout)["error_bound"]
     surrogate, _ = read_fmu(finished.fmu)
     assert surrogate.bound is not None
-    assert found == {
+    assert told == {
         "companion_parameters": surrogate.network.count_parameters(),  # the same network again
         "head_parameters": surrogate.bound.head.count_parameters(),
         "confidences": [0.9, 0.95, 0.99],

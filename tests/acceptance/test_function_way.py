@@ -86,6 +86,6 @@ def test_functions_run_as_reference_fmu_beside_the_surrogate(tmp_path: Path) -> 
     names = [signal.name for signal in system.outputs]
     road = np.array([0.0, 0.01, 0.02, -0.01, 0.0])
     with unpacked(fmu) as files:
-        found = run_fmu(files, {"road": road}, names, step=0.01)
+        run = run_fmu(files, {"road": road}, names, step=0.01)
     expected = system.simulate(road[:, None])
-    assert found.values == pytest.approx(expected, abs=1e-12)
+    assert run.values == pytest.approx(expected, abs=1e-12)

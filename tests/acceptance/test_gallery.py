@@ -51,8 +51,8 @@ LIMITS = {
 
 def errors_of(text: str) -> dict[str, float]:
     """Errors in % by the names before them, from lines such as ``left: 0.024 %``."""
-    found = re.findall(r"^(.+): ([\d.e+-]+) %$", text, re.MULTILINE)
-    return {name: float(number) for name, number in found}
+    lines = re.findall(r"^(.+): ([\d.e+-]+) %$", text, re.MULTILINE)
+    return {name: float(number) for name, number in lines}
 
 
 def require_small(name: str, text: str) -> dict[str, float]:

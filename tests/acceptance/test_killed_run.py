@@ -50,11 +50,11 @@ class Run:
 
     def surrogate(self) -> bytes:
         """Return the surrogate of the finished run, which its FMU holds."""
-        found = (self.runs / "small_linear" / "surrogate.slide").read_bytes()
+        kept = (self.runs / "small_linear" / "surrogate.slide").read_bytes()
         surrogate, _ = read_fmu(self.fmu)
-        assert surrogate.to_bytes() == found
+        assert surrogate.to_bytes() == kept
         self.require_whole()
-        return found
+        return kept
 
     @property
     def fmu(self) -> Path:

@@ -81,12 +81,12 @@ class Machine:
 
 @pytest.fixture
 def machine(tmp_path: Path) -> Machine:
-    found = Machine(tmp_path / "machine")
+    prepared = Machine(tmp_path / "machine")
     python = shlex.quote(sys.executable)
-    found.install("slide-fmu", f'exec {python} -m slide_fmu "$@"')
-    found.install("dask", f'exec {python} -m dask "$@"')
-    found.install("python", f'exec {python} "$@"')
-    return found
+    prepared.install("slide-fmu", f'exec {python} -m slide_fmu "$@"')
+    prepared.install("dask", f'exec {python} -m dask "$@"')
+    prepared.install("python", f'exec {python} "$@"')
+    return prepared
 
 
 def generated(recipe: Path, runs: Path) -> int:

@@ -54,8 +54,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def error_beside_truth(fmu: Path) -> float:
     """Error relative to the travel without noise, about its mean, where nothing was learnt."""
     force, travel = force_and_travel(6000)
-    found = slide.load(fmu).predict_newest(force[1:, None])[:, 0]
-    return float((found - travel[1:])[UNSEEN:].std() / travel.std())
+    predicted = slide.load(fmu).predict_newest(force[1:, None])[:, 0]
+    return float((predicted - travel[1:])[UNSEEN:].std() / travel.std())
 
 
 def test_surrogate_is_nearer_to_the_truth_with_the_noise_record(place: Path) -> None:

@@ -44,10 +44,12 @@ def test_pages_show_what_they_show_without_being_built() -> None:
 
 
 def test_formula_becomes_mathml_with_spaces_behind_functions() -> None:
-    found = mathml(r"\frac{\ln a}{2} \le \Re \lambda")
+    formula = mathml(r"\frac{\ln a}{2} \le \Re \lambda")
     space = '<mo form="prefix" lspace="0.17em" rspace="0.17em">'
-    assert f"<mfrac><mrow>{space}ln</mo><mi>a</mi></mrow><mrow><mn>2</mn></mrow></mfrac>" in found
-    assert f"{space}Re</mo>" in found
+    assert (
+        f"<mfrac><mrow>{space}ln</mo><mi>a</mi></mrow><mrow><mn>2</mn></mrow></mfrac>" in formula
+    )
+    assert f"{space}Re</mo>" in formula
 
 
 def test_formula_with_an_unknown_command_is_an_error() -> None:

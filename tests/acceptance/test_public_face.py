@@ -28,15 +28,15 @@ def names_for_type_checkers() -> dict[str, str]:
     """What type checkers are told: public names and the modules that they come from."""
     tree = ast.parse(inspect.getsource(slide))
     for_type_checkers = next(node for node in tree.body if isinstance(node, ast.If))
-    found = {}
+    homes = {}
     for node in for_type_checkers.body:
         if (
             isinstance(node, ast.ImportFrom)
             and node.module
             and node.module.startswith("slide_fmu")
         ):
-            found.update({alias.name: str(node.module) for alias in node.names})
-    return found
+            homes.update({alias.name: str(node.module) for alias in node.names})
+    return homes
 
 
 def test_public_names_are_the_same_for_python_and_for_type_checkers() -> None:
@@ -48,9 +48,9 @@ def test_public_names_are_the_same_for_python_and_for_type_checkers() -> None:
 
 @pytest.mark.parametrize("name", [name for name in slide.__all__ if name != "__version__"])
 def test_public_name_is_there_and_documented(name: str) -> None:
-    found = getattr(slide, name)
-    assert found.__name__ == name
-    documentation = inspect.getdoc(found) or ""
+    public = getattr(slide, name)
+    assert public.__name__ == name
+    documentation = inspect.getdoc(public) or ""
     assert documentation.split("\n\n")[0].endswith((".", ":")), name
     page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     assert f"`{name}`" in page, f"{name} is missing in docs/api.md"

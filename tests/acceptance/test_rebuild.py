@@ -68,10 +68,10 @@ def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     older = {**PROVENANCE, WRITTEN_BY: "0.1.0"}
     export_fmu(SURROGATE, folder / "linear.fmu", provenance=older, documentation=PAGES)
     fmu = rebuild(folder / "linear.fmu")
-    found = read_fmu(fmu)[1] or {}
-    assert found[WRITTEN_BY] == __version__
+    provenance = read_fmu(fmu)[1] or {}
+    assert provenance[WRITTEN_BY] == __version__
     card = (folder / "README.md").read_text(encoding="utf-8")
-    measured = released_figures(found)
+    measured = released_figures(provenance)
     assert measured is not None
     assert markdown(kind_table(measured.rows)) in card
     assert card_problems(fmu, *read_fmu(fmu)) == []
@@ -87,9 +87,9 @@ def test_rebuild_twice_gives_the_same_bytes(folder: Path) -> None:
 @needs_app("credentials")
 def test_rebuild_keeps_the_experiment_and_says_what_is_known(folder: Path) -> None:
     fmu = rebuild(folder / "linear.fmu")
-    found = read_folder(fmu, EXTRA)
-    del found[HASHES.removeprefix(f"{EXTRA}/")]
-    assert found == EXPERIMENT
+    members = read_folder(fmu, EXTRA)
+    del members[HASHES.removeprefix(f"{EXTRA}/")]
+    assert members == EXPERIMENT
     assert list(app_problems(fmu, *read_fmu(fmu))) == []
 
 
@@ -100,11 +100,11 @@ def test_rebuild_of_an_fmu_without_experiment_simulates_one(folder: Path) -> Non
     fmu = folder / "linear.fmu"
     export_fmu(read_fmu(fmu)[0], fmu, provenance=PROVENANCE, documentation=PAGES)
     rebuild(fmu)
-    found, kept = read_experiment(fmu), read_experiment(LINEAR)
-    assert found is not None
+    made, kept = read_experiment(fmu), read_experiment(LINEAR)
+    assert made is not None
     assert kept is not None
-    np.testing.assert_array_equal(found.inputs["force"], kept.inputs["force"])
-    np.testing.assert_allclose(found.reference["position"], kept.reference["position"], rtol=1e-6)
+    np.testing.assert_array_equal(made.inputs["force"], kept.inputs["force"])
+    np.testing.assert_allclose(made.reference["position"], kept.reference["position"], rtol=1e-6)
 
 
 def test_rebuild_of_an_fmu_that_was_not_measured_is_refused(tmp_path: Path) -> None:

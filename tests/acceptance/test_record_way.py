@@ -75,10 +75,10 @@ def test_fmu_follows_the_record_in_an_importer(place: Path) -> None:
         list(zip(time, force[rows], strict=True)), dtype=[("time", "f8"), ("force", "f8")]
     )
     fmu = place / "runs/bench/bench.fmu"
-    found = fmpy.simulate_fmu(
+    outputs = fmpy.simulate_fmu(
         str(fmu), stop_time=time[-1], output_interval=STEP, input=signals, output=["travel"]
     )
-    error = found["travel"][300:] - travel[rows][300 : len(found)]
+    error = outputs["travel"][300:] - travel[rows][300 : len(outputs)]
     assert np.sqrt(np.mean(error**2)) < 0.1 * travel.std()
 
 
@@ -87,10 +87,10 @@ def test_simulate_gives_the_error_that_the_report_says(place: Path) -> None:
     force, travel = force_and_travel(6000)
     rows = slice(5000, 6000)
     fmu, report = place / "runs/bench/bench.fmu", place / "runs/bench/report.json"
-    found = slide.simulate(fmu, STEP * np.arange(1000), force[rows])[:, 0]
+    simulated = slide.simulate(fmu, STEP * np.arange(1000), force[rows])[:, 0]
     own = slide.load(fmu).predict_newest(force[rows][1:, None])[:, 0]
-    np.testing.assert_allclose(found[300:], own[299:], atol=1e-4 * travel.std())
-    error = np.sqrt(np.mean((found - travel[rows])[300:] ** 2)) / travel[rows].std()
+    np.testing.assert_allclose(simulated[300:], own[299:], atol=1e-4 * travel.std())
+    error = np.sqrt(np.mean((simulated - travel[rows])[300:] ** 2)) / travel[rows].std()
     figures = json.loads(report.read_text(encoding="utf-8"))["validation"]["in range"]
     assert error < 1.3 * figures["outputs"][0]["relative_rmse"]
 

@@ -79,10 +79,10 @@ def test_released_fmu_was_made_from_its_recipe(name: str) -> None:
         recipe_of_provenance(provenance, name),
         load_recipe(ROOT / "training" / f"{name}.toml"),
     ]
-    found, expected = (recipe.model_dump() for recipe in recipes)
-    for table in (found, expected):
+    learnt, expected = (recipe.model_dump() for recipe in recipes)
+    for table in (learnt, expected):
         del table["description"], table["system"]["picture"]
-    assert found == expected
+    assert learnt == expected
 
 
 @pytest.mark.parametrize("name", essential(RELEASED, "duffing"))

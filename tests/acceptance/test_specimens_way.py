@@ -77,7 +77,7 @@ def test_fmu_follows_a_mass_that_no_specimen_has(place: Path) -> None:
     )
     errors = []
     for mass in (UNSEEN, MASSES[0]):
-        found = fmpy.simulate_fmu(
+        simulated = fmpy.simulate_fmu(
             str(fmu),
             stop_time=time[-2],
             output_interval=STEP,
@@ -85,7 +85,7 @@ def test_fmu_follows_a_mass_that_no_specimen_has(place: Path) -> None:
             start_values={"mass": mass, "inputs_at_step_end": 1},
             output=["travel"],
         )["travel"]
-        error = found[300:] - travel[300 : 300 + len(found[300:])]
+        error = simulated[300:] - travel[300 : 300 + len(simulated[300:])]
         errors.append(float(np.sqrt(np.mean(error**2)) / travel.std()))
     own, other = errors
     assert own < 0.05
@@ -94,8 +94,10 @@ def test_fmu_follows_a_mass_that_no_specimen_has(place: Path) -> None:
 
 def test_record_of_another_specimen_tells_its_mass(place: Path) -> None:
     force, travel = force_and_travel(SAMPLES, 9, mass=UNSEEN)
-    found = slide.calibrate(place / "runs/bench/bench.fmu", force[1:, None], travel[1:, None])
-    assert found.values["mass"] == pytest.approx(UNSEEN, rel=0.02)
+    calibration = slide.calibrate(
+        place / "runs/bench/bench.fmu", force[1:, None], travel[1:, None]
+    )
+    assert calibration.values["mass"] == pytest.approx(UNSEEN, rel=0.02)
 
 
 def test_too_few_values_are_refused_in_words(place: Path) -> None:

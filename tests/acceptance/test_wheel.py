@@ -54,16 +54,18 @@ print(json.dumps([float(result[name][-1]) for name in ("position", "window_fille
 
 
 def needed(
-    requirements: list[str], found: dict[str, importlib.metadata.Distribution], extra: str = ""
+    requirements: list[str],
+    distributions: dict[str, importlib.metadata.Distribution],
+    extra: str = "",
 ) -> None:
     """Collect the packages that requirements ask for, with those that they need themselves."""
     for requirement in map(Requirement, requirements):
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": extra}):
             continue
         distribution = importlib.metadata.distribution(requirement.name)
-        if distribution.metadata["Name"] not in found:
-            found[distribution.metadata["Name"]] = distribution
-            needed(distribution.requires or [], found)
+        if distribution.metadata["Name"] not in distributions:
+            distributions[distribution.metadata["Name"]] = distribution
+            needed(distribution.requires or [], distributions)
 
 
 def link(distribution: importlib.metadata.Distribution, site: Path) -> None:
@@ -94,9 +96,9 @@ class Environment:
         install = ["install", "--quiet", "--no-index", "--no-deps", wheel]
         subprocess.run([*pip, *install], check=True, capture_output=True, cwd=folder)
         (wheel_info,) = self.site.glob("slide_fmu-*.dist-info")
-        found: dict[str, importlib.metadata.Distribution] = {}
-        needed(importlib.metadata.Distribution.at(wheel_info).requires or [], found, extra)
-        for distribution in found.values():
+        distributions: dict[str, importlib.metadata.Distribution] = {}
+        needed(importlib.metadata.Distribution.at(wheel_info).requires or [], distributions, extra)
+        for distribution in distributions.values():
             link(distribution, self.site)
 
     def call(self, program: str, *arguments: object) -> subprocess.CompletedProcess[str]:

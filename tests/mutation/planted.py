@@ -100,7 +100,7 @@ def plant_all() -> int:
     missed = 0
     with copies(len(PLANTED)) as places:
         for place, (name, fault) in zip(places, PLANTED.items(), strict=True):
-            found = verdict(place, fault)
-            missed += found != "seen"
-            print(f"{found}: {name}\n  by {fault.test}", file=sys.stderr, flush=True)
+            result = verdict(place, fault)
+            missed += result != "seen"
+            print(f"{result}: {name}\n  by {fault.test}", file=sys.stderr, flush=True)
     return missed

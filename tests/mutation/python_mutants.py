@@ -111,14 +111,14 @@ def _other_constants(node: ast.Constant) -> list[ast.expr]:
 def _other_calls(node: ast.Call) -> list[ast.expr]:
     place = node.func
     name = place.attr if isinstance(place, ast.Attribute) else getattr(place, "id", "")
-    found: list[ast.expr] = []
+    calls: list[ast.expr] = []
     if name in SWAPPED:
         func = copy.deepcopy(place)
         setattr(func, "attr" if isinstance(func, ast.Attribute) else "id", SWAPPED[name])
-        found.append(ast.Call(func, node.args, node.keywords))
+        calls.append(ast.Call(func, node.args, node.keywords))
     if name in LEFT_OUT and node.args and not isinstance(node.args[0], ast.GeneratorExp):
-        found += node.args if name in ("max", "min", "maximum", "minimum") else node.args[:1]
-    return found
+        calls += node.args if name in ("max", "min", "maximum", "minimum") else node.args[:1]
+    return calls
 
 
 def _apply(tree: ast.AST, node: ast.expr, choice: int) -> str:

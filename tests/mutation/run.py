@@ -128,17 +128,17 @@ def label(source: str, mutant: Mutant) -> str:
 
 
 def sample_of(
-    found: list[tuple[str, Mutant]], seed: int, count: int | None, former: list[str] | None
+    mutants: list[tuple[str, Mutant]], seed: int, count: int | None, former: list[str] | None
 ) -> list[tuple[str, Mutant]]:
     """The mutants that are tried, in a random order.
 
     Args:
-        found: all mutants of a module.
+        mutants: all mutants of a module.
         seed: of the order.
         count: the first so many of them; None is all.
         former: survivors of a former run, of which alone it is asked again; None asks for all.
     """
-    order = list(found)
+    order = list(mutants)
     random.Random(seed).shuffle(order)
     sample = order[:count]
     return sample if former is None else [pair for pair in sample if label(*pair) in former]
@@ -157,14 +157,14 @@ def measure(module: Module, places: list[Path], seconds: float, choice: tuple[An
         RuntimeError: the tests fail on the sources as they are.
     """
     texts = {source: (places[0] / source).read_text("utf-8") for source in module.sources}
-    found = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
-    tried = sample_of(found, *choice)
+    mutants = [mutant for source, text in texts.items() for mutant in mutants_of(source, text)]
+    tried = sample_of(mutants, *choice)
     begin = time.monotonic()
     if outcome(places[0], module.sources, module.options(), 600.0) != "passed":
         raise RuntimeError(f"{' '.join(module.tests)} fail on the sources as they are; mend them")
     patience = PATIENCE * (time.monotonic() - begin) + 10
     begin = time.monotonic()
-    score, free = Score(len(found)), SimpleQueue[Path]()
+    score, free = Score(len(mutants)), SimpleQueue[Path]()
     for place in places:
         free.put(place)
 

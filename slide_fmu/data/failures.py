@@ -70,13 +70,21 @@ def _file(trajectories: Trajectories, split: str, index: int, attempt: int | str
     return failures_folder(trajectories.folder) / name
 
 
-def kept_failures(trajectories: Trajectories) -> list[Failure]:
-    """Read all failures of trajectories of a recipe, ordered by name.
+def kept_failures(case: Case, folder: Path) -> list[Failure]:
+    """Read all failures of a recipe, ordered by name; the folder is that of its trajectories.
+
+    The system is simulated, on a short motion, only where some trajectory has failed.
 
     Raises:
         DamagedFileError: the file of a failure is damaged.
     """
-    kept = (ResultFile(path).read_json(Failure) for path in _files(trajectories).values())
+    if not failures_folder(folder).exists():
+        return []
+    return _read(_files(Trajectories.of(case, folder)))
+
+
+def _read(files: dict[str, Path]) -> list[Failure]:
+    kept = (ResultFile(path).read_json(Failure) for path in files.values())
     return [failure for failure in kept if failure is not None]
 
 
@@ -109,11 +117,12 @@ def allowed_failures(recipe: Recipe) -> int:
 def too_many_failures(trajectories: Trajectories) -> str | None:
     """Return why a run must end, if too many trajectories failed; None while it may go on."""
     recipe, folder = trajectories.case.recipe, failures_folder(trajectories.folder)
-    counted = [name for name in _files(trajectories) if not is_beyond(recipe, name)]
+    files = _files(trajectories)
+    counted = [name for name in files if not is_beyond(recipe, name)]
     count, allowed = len(counted), allowed_failures(recipe)
     if count <= allowed:
         return None
-    first = next(one for one in kept_failures(trajectories) if one.name == counted[0])
+    first, *_ = _read({counted[0]: files[counted[0]]})
     learnt = {**recipe.tables_of_kinds(), "validation": ()}
     tables = ", ".join(f"{table}.excitation" for table, kinds in learnt.items() if kinds)
     tables += ", loop" if recipe.loop else ""
@@ -142,15 +151,11 @@ def is_beyond(recipe: Recipe, name: str) -> bool:
 def remark_on_beyond(case: Case, folder: Path) -> str | None:
     """Say which trajectories beyond the range were left out; None if all were simulated.
 
-    The folder is that of the trajectories. The system is simulated only where some failed.
-
     Raises:
         DamagedFileError: the file of a failure is damaged.
     """
-    if not failures_folder(folder).exists():
-        return None
-    recipe, trajectories = case.recipe, Trajectories.of(case, folder)
-    failed = [one for one in kept_failures(trajectories) if is_beyond(recipe, one.name)]
+    recipe = case.recipe
+    failed = [one for one in kept_failures(case, folder) if is_beyond(recipe, one.name)]
     of_inputs = [one for one in failed if split_stream(recipe, one.split, one.index).beyond]
     of_parameters = [one for one in failed if one not in of_inputs]
     remarks = _inputs_remark(recipe, of_inputs), _parameters_remark(recipe, of_parameters)

@@ -179,7 +179,6 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
         ClusterError: the cluster cannot be used.
     """
     from slide_fmu.data.failures import kept_failures, remark_on_beyond
-    from slide_fmu.data.trajectories import Trajectories
 
     job.open_recipe.resolved()
     of_bound = " of network and bound" if job.recipe.bound is not None else ""
@@ -194,7 +193,7 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
         trajectories=counts,
         simulated_time_s=simulated,
         made_now=made,
-        failed=len(kept_failures(Trajectories.of(job.case, folder))),
+        failed=len(kept_failures(job.case, folder)),
         remark=remark_on_beyond(job.case, folder),
         wall_time_s=time.monotonic() - begin,
         seed=job.recipe.data.seed,

@@ -12,7 +12,6 @@ from slide_fmu.core.signals import FloatArray, Signal, outside_of_range
 from slide_fmu.data.draws import STABILITY, Stream, draw, draw_inputs, split_stream
 from slide_fmu.data.failures import Failure, is_beyond, kept_failures, remark_on_beyond
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe, RecipeError
@@ -54,7 +53,7 @@ def values(path: Path, wanted: Recipe) -> dict[tuple[str, int], FloatArray]:
 
 
 def failures_of(wanted: Recipe, path: Path) -> list[Failure]:
-    return kept_failures(Trajectories.of(case_of(wanted), path))
+    return kept_failures(case_of(wanted), path)
 
 
 def test_an_estimator_stays_in_range_unless_it_is_asked_to_go_beyond() -> None:

@@ -14,7 +14,6 @@ from slide_fmu.data.closed_loop import ClosedLoop
 from slide_fmu.data.draws import Draw, draw, split_stream
 from slide_fmu.data.failures import kept_failures
 from slide_fmu.data.generation import generate
-from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -151,7 +150,7 @@ def test_loops_that_leave_the_range_are_counted_as_failures(tmp_path: Path) -> N
     folder = tmp_path / "trajectories"
     with refused(SimulationError, "trajectories could not be simulated", "leaves its range"):
         generate(case_of(recipe), folder, None, quiet)
-    failures = kept_failures(Trajectories.of(case_of(recipe), folder))
+    failures = kept_failures(case_of(recipe), folder)
     assert "in a loop with a mass of 5 kg, input 'place' leaves its range" in failures[0].error
     assert list((tmp_path / "failures").glob(f"{failures[0].name}-*.csv"))
 
@@ -170,7 +169,7 @@ def test_loop_that_fails_once_is_drawn_again_and_counted(
     monkeypatch.setattr(ClosedLoop, "inputs", fails_once)
     case = case_of(recipe_of(train=3))
     generate(case, tmp_path / "trajectories", None, quiet)
-    (failure,) = kept_failures(Trajectories.of(case, tmp_path / "trajectories"))
+    (failure,) = kept_failures(case, tmp_path / "trajectories")
     assert (failure.attempt, failure.error) == (0, "the loop left its range")
     assert len(calls) == 5  # of three trajectories and one for validation
 

@@ -22,7 +22,6 @@ from slide_fmu.data.failures import (
 from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import identity
 from slide_fmu.data.pool import process_pool
-from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -57,7 +56,7 @@ def made(recipe: Recipe, path: Path, executor: Executor | None = None) -> list[F
 
 
 def failures_of(recipe: Recipe, path: Path) -> list[Failure]:
-    return kept_failures(Trajectories.of(case_of(recipe), path))
+    return kept_failures(case_of(recipe), path)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from slide_fmu.data.closed_loop import ClosedLoop
 from slide_fmu.data.failures import kept_failures
 from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import identity, same_motion
-from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
@@ -107,7 +106,7 @@ def test_motions_with_an_own_partner_are_data(tmp_path: Path) -> None:
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, drawn(case, 1).inputs)
     generate(case, tmp_path / "trajectories", None, quiet)
-    assert kept_failures(Trajectories.of(case, tmp_path / "trajectories")) == []
+    assert kept_failures(case, tmp_path / "trajectories") == []
 
 
 @pytest.mark.extended
@@ -117,7 +116,7 @@ def test_partner_that_drives_its_input_on_is_left_out_and_counted(tmp_path: Path
     words = ["model", "leaves its range", "1000 times smaller", "correct the sign"]
     with refused(SimulationError, *words):
         generate(case, folder, None, quiet)
-    assert len(kept_failures(Trajectories.of(case, folder))) > 1
+    assert len(kept_failures(case, folder)) > 1
 
 
 def test_change_of_a_partner_is_a_change_of_the_data(tmp_path: Path) -> None:

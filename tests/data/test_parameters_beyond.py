@@ -82,7 +82,7 @@ def parsed(path: Path) -> Recipe:
 def test_model_that_ends_at_its_range_is_never_made_beyond_it(tmp_path: Path) -> None:
     recipe, folder = parsed(lag(tmp_path)), tmp_path / "run" / "trajectories"
     assert generate(case_of(recipe), folder, None, silent) == TRAIN + 2
-    assert kept_failures(Trajectories.of(case_of(recipe), folder)) == []
+    assert kept_failures(case_of(recipe), folder) == []
     assert 1.8 < gains(recipe, folder).max() <= 2.0
 
 
@@ -96,7 +96,7 @@ def test_model_that_fails_beyond_the_range_gets_values_within_and_a_remark(tmp_p
     lost = {index for index, value in enumerate(asked) if value > 2.0}
     assert lost
     assert generate(case_of(recipe), folder, None, silent) == TRAIN + 2
-    failures, made = kept_failures(Trajectories.of(case_of(recipe), folder)), gains(recipe, folder)
+    failures, made = kept_failures(case_of(recipe), folder), gains(recipe, folder)
     assert {failure.index for failure in failures} == lost
     assert len(failures) == BEYOND_ATTEMPTS * len(lost)
     assert all(is_beyond(recipe, failure.name) for failure in failures)
@@ -128,7 +128,7 @@ def test_model_that_fails_within_the_range_ends_the_run_with_the_value(tmp_path:
     expected = r"may fail \(data.most_failures.*no such gain.*\(with gain = 1\.\d+\).*parameters.N"
     with pytest.raises(SimulationError, match=expected):
         generate(case_of(recipe), tmp_path / "run" / "trajectories", None, silent)
-    failures = kept_failures(Trajectories.of(case_of(recipe), tmp_path / "run" / "trajectories"))
+    failures = kept_failures(case_of(recipe), tmp_path / "run" / "trajectories")
     assert not any(is_beyond(recipe, one.name) for one in failures)
 
 

@@ -40,11 +40,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_run_of_a_recipe_gives_surrogate_fmu_report_and_errors(folder: Path) -> None:
-    found = slide.run(folder / "tiny.toml", runs=folder / "runs", trajectories=1, workers=0)
-    assert found.fmu == folder / "runs" / "tiny" / "tiny.fmu"
-    assert found.surrogate.to_bytes() == read_fmu(found.fmu)[0].to_bytes()
-    assert list(found.errors) == ["position"]
-    assert found.figures["command"] == "slide-fmu run tiny.toml"
+    result = slide.run(folder / "tiny.toml", runs=folder / "runs", trajectories=1, workers=0)
+    assert result.fmu == folder / "runs" / "tiny" / "tiny.fmu"
+    assert result.surrogate.to_bytes() == read_fmu(result.fmu)[0].to_bytes()
+    assert list(result.errors) == ["position"]
+    assert result.figures["command"] == "slide-fmu run tiny.toml"
 
 
 def test_run_of_a_missing_recipe_names_it(folder: Path) -> None:
@@ -136,8 +136,8 @@ def test_learnt_surrogate_is_that_of_the_fmu_and_is_exported_again(
 def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) -> None:
     """Then simulate takes samples as they are: nothing has to make up for straight lines."""
     tables = {**SMALL, "stability": {"allow_unstable": True}}  # so small a training may be so
-    found = learn(oscillator(hold="first_order"), "bending", runs=tmp_path, **tables)
-    forecast = load(found.fmu).forecast
+    result = learn(oscillator(hold="first_order"), "bending", runs=tmp_path, **tables)
+    forecast = load(result.fmu).forecast
     assert forecast is not None
     assert forecast.sampled
     straight = {**tables, "data": {**SMALL["data"], "substeps": 1}}
@@ -149,8 +149,8 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
 def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: RunResult) -> None:
     with refused(LoadError, "Python session", "system="):
         validate(learnt.fmu, trajectories=1, workers=0)
-    found = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
-    assert found["outputs"][0]["relative_rmse"] == learnt.errors["position"]
+    figures = validate(learnt.fmu, trajectories=2, workers=0, system=oscillator())
+    assert figures["outputs"][0]["relative_rmse"] == learnt.errors["position"]
 
 
 def test_object_that_the_fmu_was_not_learnt_from_is_refused(learnt: RunResult) -> None:
@@ -204,8 +204,8 @@ def test_excitation_of_an_object_follows_from_its_inputs() -> None:
         "angle": pair,
     }
     for kind, inputs in cases.items():
-        found = recipe_tables(Still(*inputs), "still", {})["data"]["excitation"]
-        assert found == default_excitation(0.1, kind)  # type: ignore[arg-type]
+        kinds = recipe_tables(Still(*inputs), "still", {})["data"]["excitation"]
+        assert kinds == default_excitation(0.1, kind)  # type: ignore[arg-type]
     given = {"data": {"excitation": [{"kind": "held_random"}]}}
     assert recipe_tables(Still(road), "still", given)["data"] == given["data"]
 

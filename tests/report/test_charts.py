@@ -95,18 +95,18 @@ def test_error_has_its_bound_and_what_is_not_trusted_is_shaded() -> None:
 
 
 def test_legend_of_an_fmu_with_tolerances_names_its_flag() -> None:
-    found = bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,)))
-    of = {"outputs": found.surrogate.outputs, "inputs": found.surrogate.inputs}
+    measured = bounded(_along([0.0, 1.0, 3.0, 0.0], outside=(2,)))
+    of = {"outputs": measured.surrogate.outputs, "inputs": measured.surrogate.inputs}
     bound = SimpleNamespace(tolerances=(1.0, 1.0))
     surrogate = SimpleNamespace(**of, bound=bound, estimated_samples=2)
-    chart, _ = trajectory_charts(replace(found, surrogate=surrogate))
+    chart, _ = trajectory_charts(replace(measured, surrogate=surrogate))
     assert chart.shaded == "not trusted (trusted is false)"
 
 
 def test_several_inputs_are_drawn_over_their_ranges() -> None:
     signals = (Signal("a", "N", -2.0, 2.0), Signal("b", "m", 0.0, 4.0))
-    found = replace(validation(GOOD), surrogate=SimpleNamespace(inputs=signals))
-    panel = inputs_panel(found, np.arange(3.0), np.array([[-2.0, 0.0], [0.0, 1.0], [1.0, 4.0]]))
+    measured = replace(validation(GOOD), surrogate=SimpleNamespace(inputs=signals))
+    panel = inputs_panel(measured, np.arange(3.0), np.array([[-2.0, 0.0], [0.0, 1.0], [1.0, 4.0]]))
     assert (panel.title, panel.unit) == ("inputs over half their ranges", "1")
     assert line_of(panel.lines, "a").y.tolist() == [-1.0, 0.0, 0.5]
     assert line_of(panel.lines, "b").y.tolist() == [-1.0, -0.5, 1.0]
@@ -121,8 +121,8 @@ def test_one_input_is_drawn_in_its_unit(finer: Validation) -> None:
 def test_phase_plot_goes_through_the_samples_with_their_speeds() -> None:
     time = 0.05 * np.arange(80)
     course = np.repeat(np.sin(3 * time)[:, None], 2, axis=1)
-    found = replace(comparison([[0.0, 0.0]] * 80), time=time, reference=course, surrogate=course)
-    chart, _ = phase_charts(validation(found))
+    motion = replace(comparison([[0.0, 0.0]] * 80), time=time, reference=course, surrogate=course)
+    chart, _ = phase_charts(validation(motion))
     line = line_of(chart.panels[0].lines, "reference")
     np.testing.assert_allclose(line.x[::8], course[:, 0], atol=1e-12)
     np.testing.assert_allclose(line.x**2 + (line.y / 3) ** 2, 1.0, atol=0.02)
@@ -143,12 +143,12 @@ def test_report_has_responses_and_spectra_of_every_output(finer: Validation) -> 
 def test_further_inputs_have_responses_where_they_move_the_output_enough() -> None:
     inputs = np.random.default_rng(5).normal(size=(4000, 3))
     output = inputs @ np.array([[0.3], [2.0], [0.001]])
-    found = comparison([[0.0]])
-    found = replace(found, time=np.arange(4000.0), inputs=inputs, reference=output)
+    motion = comparison([[0.0]])
+    motion = replace(motion, time=np.arange(4000.0), inputs=inputs, reference=output)
     signals = [Signal(name, "N", -1.0, 1.0) for name in "abcy"]
     of = {"inputs": signals[:3], "outputs": signals[3:], "hold": "first_order"}
     surrogate = SimpleNamespace(**of, window=SimpleNamespace(step=1.0))
-    whole = replace(validation(replace(found, surrogate=output)), surrogate=surrogate)
+    whole = replace(validation(replace(motion, surrogate=output)), surrogate=surrogate)
     strongest, others, _ = frequency_sections(whole)
     assert [chart.title for chart in strongest.charts] == ["b to y"]
     assert [chart.title for chart in others.charts] == ["a to y"]
@@ -180,8 +180,8 @@ def test_worst_windows_without_a_bound_are_those_relative_to_the_reference() -> 
 
 
 def test_scatter_tells_what_is_outside_of_the_domain_by_its_colour() -> None:
-    found = {"in range": bounded(_along([1.0, 3.0, 1.0], outside=(2,)))}
-    (bound,), (novelty,) = bound_charts(found), novelty_charts(found)
+    measured = {"in range": bounded(_along([1.0, 3.0, 1.0], outside=(2,)))}
+    (bound,), (novelty,) = bound_charts(measured), novelty_charts(measured)
     for chart in (bound, novelty):
         names = [line.name for line in chart.panels[0].lines]
         assert names[:2] == ["in the domain", "outside of the domain"]

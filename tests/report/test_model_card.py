@@ -43,9 +43,9 @@ def test_card_of_many_kinds_fits_on_a_screen(finer: Validation) -> None:
 
 
 def test_card_says_once_how_fast_it_is_at_equal_accuracy(finer: Validation) -> None:
-    found = figures_of(finer, rows=MEASURED)
-    timed = replace(found.in_range, timing=timing(10.0))
-    text = model_card(described(finer.surrogate, with_validations(found, **{"in range": timed})))
+    figures = figures_of(finer, rows=MEASURED)
+    timed = replace(figures.in_range, timing=timing(10.0))
+    text = model_card(described(finer.surrogate, with_validations(figures, **{"in range": timed})))
     sentence = "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with"
     assert text.count(sentence) == text.count("At equal accuracy") == 1
 
@@ -97,8 +97,8 @@ def test_report_shows_the_settings_of_every_kind_and_all_variables(finer: Valida
     assert variables.rows[0][:2] == (finer.surrogate.inputs[0].name, "input")
 
 
-def with_validations(found: RunFigures, **validations: ValidationFigures) -> RunFigures:
-    return replace(found, validation=validations)
+def with_validations(figures: RunFigures, **validations: ValidationFigures) -> RunFigures:
+    return replace(figures, validation=validations)
 
 
 def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
@@ -113,11 +113,13 @@ def test_texts_of_a_user_stay_texts_on_the_card(finer: Validation) -> None:
 def test_card_warns_of_amplitudes_that_the_surrogate_does_not_know(
     finer: Validation, error: float, factor: float, warned: int
 ) -> None:
-    found = figures_of(finer)
-    output = replace(found.in_range.outputs[0], relative_rmse=error)
-    beyond = replace(found.in_range, outputs=(output,), amplitude=(1.0, float(factor)))
-    found = with_validations(found, **{"in range": found.in_range, "beyond the range": beyond})
-    text = model_card(described(finer.surrogate, found))
+    figures = figures_of(finer)
+    output = replace(figures.in_range.outputs[0], relative_rmse=error)
+    beyond = replace(figures.in_range, outputs=(output,), amplitude=(1.0, float(factor)))
+    figures = with_validations(
+        figures, **{"in range": figures.in_range, "beyond the range": beyond}
+    )
+    text = model_card(described(finer.surrogate, figures))
     sentence = "**Do not use the surrogate there:** at 1.0 to 2.0 times the amplitude its"
     assert text.count("Do not use") == warned
     assert text.count(f"{sentence} relative RMSE is up to 30 %.") == warned

@@ -135,8 +135,8 @@ def facts(*rows: Row, times: Timing = TIMING) -> dict[str, Fact]:
 
 
 def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:
-    found = facts(*MEASURED)
-    values = {name: fact.value for name, fact in found.items()}
+    numbers = facts(*MEASURED)
+    values = {name: fact.value for name, fact in numbers.items()}
     assert values == {
         "Error": "2 %",
         "Bound": "95 %",
@@ -145,7 +145,7 @@ def test_facts_are_those_of_all_inputs_in_range_in_the_plain_call() -> None:
         "Speed": "10 times",
         "Memory": "1.5 s",
     }
-    assert found["Validity"].good is False
+    assert numbers["Validity"].good is False
 
 
 @pytest.mark.parametrize(("missing", "good"), [(MISSING - 1e-4, True), (MISSING + 1e-4, False)])
@@ -155,15 +155,15 @@ def test_a_bound_that_covers_too_little_is_no_good_sign(missing: float, good: bo
 
 def test_validity_expects_nothing_of_kinds_that_no_training_saw() -> None:
     unseen = row("binary", HELD_OUT, harmful=0.5)
-    found = facts(row(), row("steps"), unseen)["Validity"]
-    assert (found.value, found.good) == ("1 of 2", True)
+    number = facts(row(), row("steps"), unseen)["Validity"]
+    assert (number.value, number.good) == ("1 of 2", True)
 
 
 def test_a_large_error_is_no_good_sign_even_where_it_is_usual() -> None:
-    found = facts(row(error=0.4), row("steps", error=0.4), row("rest"))
-    assert found["Error"].good is False
-    assert (found["Validity"].value, found["Validity"].good) == ("2 of 2", False)
-    assert found["Validity"].text.endswith("For 1 of them it is far off (error above 5 %).")
+    number = facts(row(error=0.4), row("steps", error=0.4), row("rest"))
+    assert number["Error"].good is False
+    assert (number["Validity"].value, number["Validity"].good) == ("2 of 2", False)
+    assert number["Validity"].text.endswith("For 1 of them it is far off (error above 5 %).")
 
 
 def test_without_bound_there_are_no_numbers_of_one() -> None:
@@ -171,9 +171,9 @@ def test_without_bound_there_are_no_numbers_of_one() -> None:
 
 
 def test_speed_is_that_at_equal_accuracy() -> None:
-    found = facts(row())["Speed"]
-    assert found.good is None
-    assert found.text.startswith(
+    number = facts(row())["Speed"]
+    assert number.good is None
+    assert number.text.startswith(
         "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with rtol = "
         "1e-4 has an error of 1 %, the FMU 2 %."
     )

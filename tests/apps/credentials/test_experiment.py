@@ -32,13 +32,13 @@ def written(tmp_path: Path, **others: bytes | None) -> Path:
 
 
 def test_read_experiment_gives_what_was_written(tmp_path: Path) -> None:
-    found = read_experiment(written(tmp_path))
-    assert found is not None
-    assert (found.step, found.steps, found.compared) == (0.1, 3, 2)
-    assert found.parameters == {"mass": 2.5}
+    read = read_experiment(written(tmp_path))
+    assert read is not None
+    assert (read.step, read.steps, read.compared) == (0.1, 3, 2)
+    assert read.parameters == {"mass": 2.5}
     for kind in ("inputs", "results", "reference"):
         for name, values in getattr(EXPERIMENT, kind).items():
-            np.testing.assert_array_equal(getattr(found, kind)[name], values)
+            np.testing.assert_array_equal(getattr(read, kind)[name], values)
 
 
 def test_archive_without_experiment_has_none(tmp_path: Path) -> None:

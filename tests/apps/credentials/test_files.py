@@ -45,19 +45,19 @@ def _binaries() -> None:
 
 
 def test_same_arguments_give_the_same_bytes_whatever_the_order_of_the_provenance() -> None:
-    surrogate, found = read_fmu(LINEAR)
-    assert found is not None
-    recipe = recipe_of_provenance(found, "x")
-    turned = dict(reversed(list(found.items())))
-    turned = {**turned, "versions": dict(reversed(list(found["versions"].items())))}
-    one = Release(surrogate, case_of(recipe), found, DOCUMENTS, former=LINEAR)
+    surrogate, origin = read_fmu(LINEAR)
+    assert origin is not None
+    recipe = recipe_of_provenance(origin, "x")
+    turned = dict(reversed(list(origin.items())))
+    turned = {**turned, "versions": dict(reversed(list(origin["versions"].items())))}
+    one = Release(surrogate, case_of(recipe), origin, DOCUMENTS, former=LINEAR)
     other = dataclasses.replace(one, provenance=json.loads(json.dumps(turned)))
     assert members_of(one) == members_of(other)
 
 
 def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: Path) -> None:
-    surrogate, found = read_fmu(LINEAR)
-    origin = {key: value for key, value in (found or {}).items() if key != "measured"}
+    surrogate, provenance = read_fmu(LINEAR)
+    origin = {key: value for key, value in (provenance or {}).items() if key != "measured"}
     release = Release(surrogate, case_of(recipe_of_provenance(origin, "x")), origin)
     path = write_release(release, tmp_path / "linear.fmu")
     assert credential_problems(path, surrogate) == []
@@ -68,8 +68,8 @@ def test_fmu_that_was_not_measured_says_so_and_links_to_nothing_else(tmp_path: P
 
 
 def test_report_links_to_the_other_pages_once() -> None:
-    surrogate, found = read_fmu(LINEAR)
-    arguments = surrogate, case_of(recipe_of_provenance(found, "x")), found or {}
+    surrogate, provenance = read_fmu(LINEAR)
+    arguments = surrogate, case_of(recipe_of_provenance(provenance, "x")), provenance or {}
     once = members_of(Release(*arguments, DOCUMENTS))[PAGE]
     for place in ("fmi-ls-ref.html", "model_card.md", "licenses/license.txt"):
         assert once.count(f'href="{place}"'.encode()) == 1
@@ -100,8 +100,8 @@ def test_fmu_that_is_exported_again_keeps_its_credentials(tmp_path: Path) -> Non
 
 
 def test_experiment_is_the_begin_of_the_first_unseen_trajectory() -> None:
-    surrogate, found = read_fmu(LINEAR)
-    recipe = recipe_of_provenance(found, "x")
+    surrogate, provenance = read_fmu(LINEAR)
+    recipe = recipe_of_provenance(provenance, "x")
     experiment = make_experiment(LINEAR, surrogate, case_of(recipe), 3)
     assert experiment.compared == COMPARED + 1
     burn_in = round(recipe.data.burn_in / recipe.window.step)
@@ -147,20 +147,22 @@ def test_reference_of_the_experiment_is_driven_by_inputs_as_they_bend(tmp_path: 
     )
     surrogate = forecasting(known, True)
     fmu = export_fmu(surrogate, tmp_path / "mass.fmu")
-    found = make_experiment(fmu, surrogate, case_of(recipe), 3)
+    experiment = make_experiment(fmu, surrogate, case_of(recipe), 3)
     drawn = draw(recipe, system, Stream(TEST, 3, (1.0, 1.0), 40.0), 0)
-    bent = drawn_outputs(system, drawn)[: found.steps + 1][-found.compared :, 0]
+    bent = drawn_outputs(system, drawn)[: experiment.steps + 1][-experiment.compared :, 0]
     straight = drawn_outputs(system, dataclasses.replace(drawn, between=None))
-    chords = straight[: found.steps + 1][-found.compared :, 0]
-    np.testing.assert_array_equal(found.inputs["force"], rounded(drawn.inputs[: found.steps, 0]))
-    assert np.abs(found.reference["position"] - bent).max() < 1e-7
+    chords = straight[: experiment.steps + 1][-experiment.compared :, 0]
+    np.testing.assert_array_equal(
+        experiment.inputs["force"], rounded(drawn.inputs[: experiment.steps, 0])
+    )
+    assert np.abs(experiment.reference["position"] - bent).max() < 1e-7
     assert np.abs(chords - bent).max() > 1e-3
 
 
 def test_inputs_that_the_fmu_forecasts_are_set_to_what_they_are_now(tmp_path: Path) -> None:
     released = FMUS / "slider_crank" / "slider_crank.fmu"
-    surrogate, found = read_fmu(released)
-    recipe = recipe_of_provenance(found, "x")
+    surrogate, provenance = read_fmu(released)
+    recipe = recipe_of_provenance(provenance, "x")
     surrogate = surrogate.reaching_inputs_by_step_end()
     known = export_fmu(surrogate, tmp_path / "known.fmu")
     straight = np.zeros((2, 1, 1))

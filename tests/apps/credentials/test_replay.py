@@ -28,12 +28,12 @@ OF_BOUND = ["y0_error_bound", "y1_error_bound", "novelty", "in_domain"]
 
 
 def test_replay_of_a_released_fmu_differs_by_rounding_alone(released: Surrogate) -> None:
-    found = replay(LINEAR, released)
-    assert found is not None
-    assert found.problems() == []
-    assert found.differences["position"] < found.allowed["position"]
-    assert found.steps == 557
-    assert 0 < found.errors["position"] < 1e-5
+    repeated = replay(LINEAR, released)
+    assert repeated is not None
+    assert repeated.problems() == []
+    assert repeated.differences["position"] < repeated.allowed["position"]
+    assert repeated.steps == 557
+    assert 0 < repeated.errors["position"] < 1e-5
 
 
 def test_replay_of_an_fmu_without_experiment_is_none(released: Surrogate, tmp_path: Path) -> None:
@@ -46,9 +46,9 @@ def test_other_results_are_a_problem_of_the_replay(released: Surrogate, changed:
     lines = content.splitlines()
     time, position, filled = lines[300].split(b",")
     lines[300] = b",".join([time, repr(float(position) + 0.01).encode(), filled])
-    found = replay(changed(members.RESULTS, b"\n".join(lines)), released)
-    assert found is not None
-    (problem,) = found.problems()
+    repeated = replay(changed(members.RESULTS, b"\n".join(lines)), released)
+    assert repeated is not None
+    (problem,) = repeated.problems()
     assert problem.startswith("position: the replayed experiment differs by 0.01 from the stored")
 
 
@@ -75,9 +75,9 @@ def replayed(released: Surrogate, experiment: Experiment, path: Path) -> Replay:
         name.removeprefix("extra/"): content
         for name, content in experiment_members(experiment).items()
     }
-    found = replay(export_fmu(released, path, extra=extra), released)
-    assert found is not None
-    return found
+    repeated = replay(export_fmu(released, path, extra=extra), released)
+    assert repeated is not None
+    return repeated
 
 
 def test_replay_repeats_bounds_novelty_and_domain(
@@ -85,10 +85,10 @@ def test_replay_repeats_bounds_novelty_and_domain(
 ) -> None:
     released, experiment = bounded
     assert 0 < experiment.results["in_domain"].sum() < experiment.steps
-    found = replayed(released, experiment, tmp_path / "m.fmu")
-    assert found.problems() == []
-    assert found.differences.keys() == experiment.results.keys()
-    assert {name: found.allowed[name] for name in OF_BOUND} == {
+    repeated = replayed(released, experiment, tmp_path / "m.fmu")
+    assert repeated.problems() == []
+    assert repeated.differences.keys() == experiment.results.keys()
+    assert {name: repeated.allowed[name] for name in OF_BOUND} == {
         **{"y0_error_bound": BOUND_TOLERANCE, "y1_error_bound": BOUND_TOLERANCE},
         **{"novelty": NOVELTY_TOLERANCE, "in_domain": 0.0},
     }
@@ -102,8 +102,8 @@ def test_other_bounds_novelties_and_domains_are_problems_of_the_replay(
 ) -> None:
     released, experiment = bounded
     results = {**experiment.results, name: factor * experiment.results[name]}
-    found = replayed(released, replace(experiment, results=results), tmp_path / "m.fmu")
-    (problem,) = found.problems()
+    repeated = replayed(released, replace(experiment, results=results), tmp_path / "m.fmu")
+    (problem,) = repeated.problems()
     assert problem.startswith(f"{name}: the replayed experiment differs by")
 
 
@@ -118,7 +118,7 @@ def test_plain_importer_repeats_the_experiment_of_a_released_fmu(
     assert experiment is not None
     assert content is not None
     (tmp_path / "inputs.csv").write_bytes(content)
-    found = fmpy.simulate_fmu(
+    simulated = fmpy.simulate_fmu(
         str(path),
         stop_time=experiment.step * experiment.steps,
         output_interval=experiment.step,
@@ -128,4 +128,4 @@ def test_plain_importer_repeats_the_experiment_of_a_released_fmu(
     )
     for variable, values in experiment.results.items():
         allowed = 1e-5 * np.abs(values).max()
-        np.testing.assert_allclose(found[variable], values, rtol=0, atol=allowed)
+        np.testing.assert_allclose(simulated[variable], values, rtol=0, atol=allowed)

@@ -50,16 +50,16 @@ def test_statements_have_the_error_of_the_model_beside_a_finer_reference(
 
 
 def test_statements_have_range_excitations_and_data(finer: Validation) -> None:
-    found = told(finer, {"seeds": {"data": 3, "training": None}, "versions": {"numpy": "2.0"}})
-    (row,) = found["validity.inputs"]
+    values = told(finer, {"seeds": {"data": 3, "training": None}, "versions": {"numpy": "2.0"}})
+    (row,) = values["validity.inputs"]
     (signal,) = finer.surrogate.inputs
     assert (row.get("name"), row.get("unit")) == (signal.name, signal.unit)
     assert (float(row.get("low")), float(row.get("high"))) == (signal.low, signal.high)
-    assert len(found["validity.excitations"]) == len(FINER.data.excitation)
-    parts = {part.get("name"): part.get("trajectories") for part in found["data.trajectories"]}
+    assert len(values["validity.excitations"]) == len(FINER.data.excitation)
+    parts = {part.get("name"): part.get("trajectories") for part in values["data.trajectories"]}
     assert parts["train"] == str(FINER.data.train)
-    assert [dict(row.attrib) for row in found["training"]] == [{"of": "data", "value": "3"}]
-    assert [dict(r.attrib) for r in found["versions"]] == [{"package": "numpy", "version": "2.0"}]
+    assert [dict(row.attrib) for row in values["training"]] == [{"of": "data", "value": "3"}]
+    assert [dict(r.attrib) for r in values["versions"]] == [{"package": "numpy", "version": "2.0"}]
 
 
 def test_seeds_of_an_error_bound_are_told(finer: Validation) -> None:
@@ -92,11 +92,13 @@ def test_limits_say_that_nothing_was_measured_where_it_was_not(finer: Validation
 
 
 def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) -> None:
-    found = figures_of(finer)
-    assert limits(described(finer.surrogate, found), FINER)[0].endswith("trained on is not known.")
-    others = replace(found.in_range, held_out=True)
-    found = replace(found, validation={**found.validation, "others": others})
-    first = limits(described(finer.surrogate, found), FINER)[0]
+    figures = figures_of(finer)
+    assert limits(described(finer.surrogate, figures), FINER)[0].endswith(
+        "trained on is not known."
+    )
+    others = replace(figures.in_range, held_out=True)
+    figures = replace(figures, validation={**figures.validation, "others": others})
+    first = limits(described(finer.surrogate, figures), FINER)[0]
     assert first.endswith("is known of those alone that were held out and measured.")
 
 
@@ -104,29 +106,29 @@ def test_limits_know_of_other_kinds_only_what_was_held_out(finer: Validation) ->
 def test_limits_warn_of_amplitudes_as_the_card_does(
     finer: Validation, error: float, warned: bool
 ) -> None:
-    found = figures_of(finer)
-    output = replace(found.in_range.outputs[0], relative_rmse=error)
-    beyond = replace(found.in_range, outputs=(output,), amplitude=(1.0, 2.0))
-    found = replace(found, validation={**found.validation, "beyond": beyond})
+    figures = figures_of(finer)
+    output = replace(figures.in_range.outputs[0], relative_rmse=error)
+    beyond = replace(figures.in_range, outputs=(output,), amplitude=(1.0, 2.0))
+    figures = replace(figures, validation={**figures.validation, "beyond": beyond})
     sentence = (
         "Do not use the surrogate there: at 1.0 to 2.0 times the amplitude its relative RMSE is "
         "up to 30 %."
     )
-    assert (sentence in limits(described(finer.surrogate, found), FINER)) == warned
+    assert (sentence in limits(described(finer.surrogate, figures), FINER)) == warned
 
 
 def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
     finer: Validation,
 ) -> None:
-    found = told(finer, {"measured": figures_of(finer, rows=MEASURED).dump()})
-    (first, *others) = found["accuracy.rows"]
+    values = told(finer, {"measured": figures_of(finer, rows=MEASURED).dump()})
+    (first, *others) = values["accuracy.rows"]
     assert len(others) + 1 == len(MEASURED)
     assert (first.get("group"), first.get("call")) == ("in range", "plain")
     assert float(first.get("communication_step_s")) == 0.02
     assert float(first.get("covered")) == 0.95
-    outputs = list(found["accuracy.outputs"])
+    outputs = list(values["accuracy.outputs"])
     assert (outputs[0].get("name"), outputs[0].get("unit")) == ("position", "m")
-    words = found["validity.in_words"]
+    words = values["validity.in_words"]
     assert "in range: valid at 20 ms, relative RMSE 2 %." in words
     of_sines = "not valid, not always reported at 20 ms, relative RMSE 30 %."
     assert f"smooth inputs: sines of 1 Hz: {of_sines}" in words
@@ -135,14 +137,14 @@ def test_statements_have_all_rows_and_say_for_which_inputs_the_fmu_is_valid(
 def test_limits_tell_how_far_stability_was_tested_and_what_was_remarked(
     finer: Validation,
 ) -> None:
-    found = figures_of(
+    figures = figures_of(
         finer,
         stability=[{"amplitude": 1.0}, {"amplitude": 1.5}],
         record_remarks=["few records"],
         sizes_tried=[],
         remark="more units may help",
     )
-    sentences = limits(described(finer.surrogate, found), FINER)
+    sentences = limits(described(finer.surrogate, figures), FINER)
     assert any("not tested at more than 1.5 times" in sentence for sentence in sentences)
     assert sentences[-2:] == ["Few records.", "More units may help."]
 
@@ -153,11 +155,11 @@ def test_statements_of_records_name_their_files_and_hashes(finer: Validation) ->
         "noise_record": {"file": "rest.csv", "sha256": "2b"},
     }
     recipe = parse_open_recipe(RECIPE, "bench.toml").guess
-    found = {e.keyword: e.value for e in statements(described(finer.surrogate, **origin), recipe)}
+    values = {e.keyword: e.value for e in statements(described(finer.surrogate, **origin), recipe)}
     for keyword, row in (
         ("data.records", origin["records"][0]),
         ("data.noise_record", origin["noise_record"]),
     ):
-        assert [dict(element.attrib) for element in found[keyword]] == [row]
-    assert found["reference.model"] == ["The reference is what was measured."]
-    assert "data.trajectories" not in found
+        assert [dict(element.attrib) for element in values[keyword]] == [row]
+    assert values["reference.model"] == ["The reference is what was measured."]
+    assert "data.trajectories" not in values

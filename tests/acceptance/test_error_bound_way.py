@@ -114,7 +114,7 @@ def test_report_and_card_show_the_bound(finished: Finished) -> None:
     (line,) = [line for line in card.splitlines() if line.startswith("| in range |")]
     assert f" {100 * row['outputs'][0]['covered']:.3g} % | " in line
     assert "| in range: held_random | " in card
-    assert "| multisine | " in card
+    assert "| in range: multisine | " in card
 
 
 @needs_app("credentials")

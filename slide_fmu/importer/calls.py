@@ -7,12 +7,10 @@ from ctypes import c_int
 from typing import Any
 
 from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
 
 from slide_fmu.importer.errors import CoSimulationError, LostError
 from slide_fmu.importer.log import SHOWN
-
-STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
-"""Names of the statuses of calls in FMI 2.0 and 3.0, in the order of their numbers."""
 
 
 class FailedCallError(CoSimulationError):
@@ -64,7 +62,7 @@ class GuardedCalls:
     def failed(self, name: str, status: int) -> FailedCallError:
         """Return the error of a call with a status, which has what was logged."""
         self.lost = status == fmi2.fmi2Fatal
-        kind = STATUSES[status] if status < len(STATUSES) else "unknown"
+        what = str(FMICallException(name, status)).rstrip(".")
         why = "; ".join(self.messages[-SHOWN:]) or "without a reason: run this FMU alone"
-        reason = f"{name} failed with status {status} ({kind}): {why}"
-        return (LostCallError if self.lost else FailedCallError)(self.label, reason)
+        kind = LostCallError if self.lost else FailedCallError
+        return kind(self.label, f"{what}: {why}")

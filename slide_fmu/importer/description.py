@@ -64,6 +64,20 @@ def is_known_version(description: ModelDescription) -> bool:
     return str(description.fmiVersion)[:2] in ("2.", "3.")
 
 
+def require_co_simulation(label: str, description: ModelDescription) -> None:
+    """Refuse an FMU that is not for co-simulation of FMI 2.0 or FMI 3.0.
+
+    Raises:
+        CoSimulationError: it is of another version or interface; the label names it.
+    """
+    if not is_known_version(description) or description.coSimulation is None:
+        kind = "model exchange" if description.modelExchange is not None else "another interface"
+        raise CoSimulationError(
+            f"{label} is of FMI {description.fmiVersion}, for {kind}; expected co-simulation of "
+            "FMI 2.0 or 3.0: export it again for co-simulation"
+        )
+
+
 def is_fmi_3(description: ModelDescription) -> bool:
     """Tell whether an FMU is of FMI 3.0, else of FMI 2.0."""
     return str(description.fmiVersion).startswith("3.")

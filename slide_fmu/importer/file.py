@@ -14,9 +14,9 @@ from slide_fmu.core.extras import require_running
 from slide_fmu.core.files import FullDiskError, filling
 from slide_fmu.importer.description import (
     Interface,
-    is_known_version,
     offered_interfaces,
     read_description,
+    require_co_simulation,
 )
 from slide_fmu.importer.errors import CoSimulationError
 
@@ -83,10 +83,7 @@ def unpacked(path: Path) -> Iterator[UnpackedFmu]:
         FmuError: the file is not an FMU, or its model description cannot be read.
     """
     description = read_description(path, validate=False)
-    if not is_known_version(description) or description.coSimulation is None:
-        raise CoSimulationError(
-            f"{path}: FMI {description.fmiVersion}; expected a co-simulation FMU of FMI 2.0 or 3.0"
-        )
+    require_co_simulation(str(path), description)
     # a library that a process has loaded cannot be removed everywhere
     with TemporaryDirectory(prefix="slide_fmu_", ignore_cleanup_errors=True) as folder:
         _unpack(path, folder)

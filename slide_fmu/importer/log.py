@@ -7,7 +7,7 @@ import re
 import struct
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from ctypes import CFUNCTYPE, c_char_p, c_double, c_int, c_uint64, c_void_p, cast, string_at
+from ctypes import CFUNCTYPE, c_char_p, c_double, c_int, c_uint64, c_void_p, cast
 from typing import Any
 
 import fmpy
@@ -22,8 +22,9 @@ STACK_WORDS = 12
 FLOAT_REGISTERS = 8
 """Number of registers for further arguments that are real numbers, on x86-64 and AArch64."""
 
-LEAST_ADDRESS = 4096
-"""No text lies below this address."""
+MEMORY, LONGEST = "/proc/self/mem", 512
+"""Texts that a text refers to are read here, at most this number of bytes: an FMU that forgot to
+double a ``%`` must not end the process. Where there is no such file, the text stays as it is."""
 
 CONVERSION = re.compile(
     r"%([-+#0]*)(\*|\d+)?(?:\.(\*|\d+)?)?(hh|h|ll|l|I64|j|z|t|L|q)?([a-zA-Z%])"
@@ -134,17 +135,22 @@ def _formatted(text: str, arguments: tuple[Iterator[int], Iterator[float]]) -> s
         if kind in "eEfFgG" and size != "L":
             return (form + kind) % next(real)
         if kind == "s":
-            address = next(whole)
-            content = string_at(address) if address >= LEAST_ADDRESS else b"(null)"
-            return (form + "s") % content.decode("utf-8", "replace")
+            return (form + "s") % _text_at(next(whole))
         if kind == "p":
             return hex(next(whole))
         raise ValueError(match[0])
 
     try:
         return CONVERSION.sub(put, text)
-    except (StopIteration, ValueError, OverflowError):
+    except (StopIteration, OSError, ValueError, OverflowError):
         return text.replace("%%", "%")
+
+
+def _text_at(address: int) -> str:
+    """Return the text at an address; raises an OSError where there is none."""
+    with open(MEMORY, "rb", buffering=0) as memory:
+        memory.seek(address)
+        return memory.read(LONGEST).partition(b"\0")[0].decode("utf-8", "replace")
 
 
 def _signed_as(kind: str, word: int, bits: int) -> int | str:

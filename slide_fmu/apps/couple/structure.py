@@ -13,7 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.importer.description import REALS, is_known_version, read_description
+from slide_fmu.importer.description import REALS, read_description, require_co_simulation
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 
 BOOLEAN = "Boolean"
@@ -220,12 +220,7 @@ def _description(name: str, path: Path) -> Any:
         description = read_description(path, validate=False)
     except FmuError as error:
         raise FmuError(f"component {name!r}: {error}") from None
-    if not is_known_version(description) or description.coSimulation is None:
-        kind = "model exchange" if description.modelExchange is not None else "another interface"
-        raise CoSimulationError(
-            f"component {name!r}: {path.name} is of FMI {description.fmiVersion}, for {kind}; "
-            "expected co-simulation of FMI 2.0 or 3.0: export it again for co-simulation"
-        )
+    require_co_simulation(f"component {name!r}: {path.name}", description)
     return description
 
 

@@ -32,7 +32,7 @@ Values = tuple[float, float, float, float]
 
 
 class FrictionCar(RandomStates, Linearizable):
-    """Road height in, a first-order hold; acceleration, travel and tyre deflection out. Final."""
+    """Road height in, a first-order hold; acceleration, travel and tyre deflection out."""
 
     def __init__(
         self,

@@ -170,7 +170,7 @@ version = "1"
 class Checkout:
     """A Checkout has the project's Makefile, and lock files of a few tiny packages.
 
-    Its runtime, which the compiler ``ziglang`` would build, is one file. Final.
+    Its runtime, which the compiler ``ziglang`` would build, is one file.
     """
 
     def __init__(self, folder: Path, compiler: str = "") -> None:

@@ -77,7 +77,7 @@ def link(distribution: importlib.metadata.Distribution, site: Path) -> None:
 
 
 class Environment:
-    """An environment with the wheel and what it needs, and nothing else. Final.
+    """An environment with the wheel and what it needs, and nothing else.
 
     The extra "run" is left out if the name of the extra is empty.
     """

@@ -34,7 +34,7 @@ class _Steps(ctypes.Structure):
 
 
 class CSteps:
-    """CSteps repeat communication steps of one instance inside C. Final.
+    """CSteps repeat communication steps of one instance inside C.
 
     Args:
         steps: the library of ``c/steps.c`` (``load_steps``).

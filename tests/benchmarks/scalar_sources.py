@@ -33,7 +33,7 @@ KINDS: dict[str, Sources] = {"vector types": True, "scalar": "scalar"}
 
 
 class Runner:
-    """A Runner is an instance of an FMU in some library, whose steps C repeats. Final."""
+    """A Runner is an instance of an FMU in some library, whose steps C repeats."""
 
     def __init__(self, case: SourceCase, library: Path, steps: ctypes.CDLL) -> None:
         self._library = ctypes.CDLL(str(library))

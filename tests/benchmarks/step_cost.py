@@ -123,7 +123,7 @@ def length_of(step: str, own: float) -> float | None:
 
 
 class Stepper:
-    """A Stepper steps one instance of an FMU, in C and through fmpy by turns. Final.
+    """A Stepper steps one instance of an FMU, in C and through fmpy by turns.
 
     Args:
         fmu: where the instance is from.

@@ -51,7 +51,7 @@ class Part(enum.IntEnum):
 
 
 class TimedSurrogate:
-    """A surrogate whose parts of a step can be repeated in C. Final.
+    """A surrogate whose parts of a step can be repeated in C.
 
     Args:
         surrogate: whose steps are timed.

@@ -28,7 +28,7 @@ ARM = SerialChain.denavit_hartenberg(
 
 
 class Still(RandomStates, Linearizable, Chained):
-    """Inputs from -1 to 1, or cosine and sine of an angle, and one output, at rest. Final."""
+    """Inputs from -1 to 1, or cosine and sine of an angle, and one output, at rest."""
 
     def __init__(
         self, n_inputs: int, chain: SerialChain | None = None, angle: bool = False

@@ -179,7 +179,7 @@ HELD, MOVED, TOLD = range(3)
 
 
 class MovingOracle(ResamplingOracle):
-    """What is known and expected of the inputs, and the exact window behind a step. Final.
+    """What is known and expected of the inputs, and the exact window behind a step.
 
     The inputs at communication points; between two of them an input is held, or is on a line, or,
     where it moves smoothly, on the polynomial through them and up to two before.

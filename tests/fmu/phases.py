@@ -45,7 +45,7 @@ class Phase:
 
 
 class PlainPhases:
-    """An FMU whose steps go on in the phase of their end. Final.
+    """An FMU whose steps go on in the phase of their end.
 
     Attributes:
         inputs: all that is known and expected of them.

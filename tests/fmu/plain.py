@@ -209,7 +209,7 @@ def doubted(means: FloatArray, moments: FloatArray) -> FloatArray:
 
 
 class ResamplingOracle:
-    """The exact window at the end of communication steps of any length. Final.
+    """The exact window at the end of communication steps of any length.
 
     Attributes:
         surrogate: what is evaluated.

@@ -46,7 +46,7 @@ class Plan:
 
 @dataclass
 class PlainFmu:
-    """Inputs, the steps of the past, and the mode. Final.
+    """Inputs, the steps of the past, and the mode.
 
     Every call gives the status of the standard; one that is refused changes nothing.
 

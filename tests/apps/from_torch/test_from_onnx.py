@@ -54,7 +54,7 @@ def answered(path: Path, windows: FloatArray) -> FloatArray:
 
 
 class Graph:
-    """Nodes in a row, each on what the one before it gives, with random constants. Final."""
+    """Nodes in a row, each on what the one before it gives, with random constants."""
 
     def __init__(self, *shape: int | str) -> None:
         self.shape = shape

@@ -23,7 +23,6 @@ from slide_fmu.cosim.ssp import Connection, write_system
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
 from tests.acceptance.conftest import invoke
-from tests.acceptance.controller import build_controller, force_at
 from tests.acceptance.importers import (
     needs,
     run_container,
@@ -32,6 +31,7 @@ from tests.acceptance.importers import (
     run_libcosim,
     write_container,
 )
+from tests.apps.reference.controller import build_controller, force_at
 from tests.refusals import refused
 
 pytestmark = pytest.mark.extended
@@ -92,13 +92,14 @@ def closed_loop() -> FloatArray:
     """
     force, positions = 0.0, [0.0]
     with unpacked(DUFFING) as files, instantiated(files) as slave:
-        given, read = files.references["force"], files.references["position"]
-        slave.enter_initialization(0.0)
+        input_, output = slave.variables(["force"]), slave.variables(["position"])
+        slave.set_up({})
+        slave.enter_initialization()
         slave.exit_initialization()
         for k in range(LOOP_STEPS):
-            slave.set_real([given], [force])
+            input_.set([force])
             slave.do_step(k * STEP, STEP)
-            positions += slave.get_real([read])
+            positions += output.get()
             force = force_at((k + 1) * STEP, positions[-2])
     return np.array(positions[1:])[:, None]
 

@@ -25,7 +25,7 @@ def _order(features: FeatureMap) -> int:
 
 
 class TorchCells:
-    """A plain cell by ping-pong, as StateSpace.ping_pong, in torch. Final.
+    """A plain cell by ping-pong, as StateSpace.ping_pong, in torch.
 
     Raises:
         ImportError: torch is not installed.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -94,12 +95,14 @@ def test_run_that_is_killed_leaves_no_half_fmu_and_ends_as_an_unbroken_one(
     moments = random.Random(0)
     for _ in range(KILLS):
         process = run.start()
-        time.sleep(moments.uniform(0.2, 1.0) * seconds)
+        time.sleep(moments.uniform(0.1, 1.0) * seconds)
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait(HANGS)
-        if run.fmu.exists():
+        if run.fmu.exists():  # begin anew, so that data and trainings are killed too
             run.require_whole()
+            assert run.surrogate() == surrogate
+            shutil.rmtree(run.runs)
     assert run.finish() == surrogate
 
 

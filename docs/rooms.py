@@ -23,8 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
 MODELS = "mbs_models"
 
-BOX, GAP, FLOOR, TOP, LEFT = (176, 44), 88, 94, 90, 70
-HOUSE_WIDTH = 720
+BOX, GAP, FLOOR, TOP, LEFT = (160, 44), 64, 94, 90, 70
 HUES = ("#f6e9d8", "#e6eef6")
 INK, SOFT, ARROW, PAPER = "#222222", "#666666", "#4a6d8c", "#ffffff"
 DARK = {
@@ -93,7 +92,7 @@ def without_consequences(arrows: list[Arrow]) -> list[Arrow]:
 def draw(floors: dict[int, list[str]], arrows: list[Arrow]) -> str:
     """Return the picture as SVG: boxes on floors, and arrows between them."""
     places = _places(floors, arrows)
-    width, height = LEFT + HOUSE_WIDTH + LEFT, TOP + FLOOR * len(floors)
+    width, height = 2 * LEFT + max(map(_width, floors.values())), TOP + FLOOR * len(floors)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
         f'font-family="Helvetica, Arial, sans-serif" fill="{INK}">',
@@ -123,12 +122,17 @@ def _places(floors: dict[int, list[str]], arrows: list[Arrow]) -> dict[str, Poin
         below = [places[b][0] for a, b in arrows if a == name and b in places]
         return sum(below) / len(below) if below else 0.0
 
+    widest = max(map(_width, floors.values()))
     for floor, rooms in sorted(floors.items()):
-        whole = len(rooms) * BOX[0] + (len(rooms) - 1) * GAP
-        first, y = LEFT + (HOUSE_WIDTH - whole) / 2, TOP + FLOOR * (len(floors) - floor)
+        first, y = LEFT + (widest - _width(rooms)) / 2, TOP + FLOOR * (len(floors) - floor)
         ordered = sorted(rooms, key=lambda name: (middle(name), name))
         places |= {name: (first + i * (BOX[0] + GAP), y) for i, name in enumerate(ordered)}
     return places
+
+
+def _width(rooms: list[str]) -> float:
+    """Return the width of a floor."""
+    return len(rooms) * BOX[0] + (len(rooms) - 1) * GAP
 
 
 def _arrow(places: dict[str, Point], a: str, b: str) -> str:

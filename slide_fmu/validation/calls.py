@@ -43,6 +43,7 @@ class MeasuredMotion:
         grid: time in s between them.
         first: time in s from which on outputs count.
         parameters: values of the FMU's physical parameters by name.
+        answers: what the FMU gave in some calls at its own step, so that it is not run again.
     """
 
     course: InputCourse
@@ -50,6 +51,7 @@ class MeasuredMotion:
     grid: float
     first: float
     parameters: Mapping[str, float] = field(default_factory=dict)
+    answers: Mapping[Call, CallAnswers] = field(default_factory=dict)
 
     def points(self, step: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the communication points that count, and their places in the truth, (n,) each.

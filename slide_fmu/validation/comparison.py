@@ -109,8 +109,11 @@ def compare_with_truth(
     course = course_of(drawn, surrogate.inputs, step, surrogate.planned)
     motion = MeasuredMotion(course, truth, step, first * step, dict(parameters or {}))
 
-    def compared(call: Call) -> Comparison:
-        given = answers(fmu, surrogate.inputs, surrogate.outputs, motion, call, step)
+    moving: tuple[Call, ...] = ("plain",) if surrogate.hold == "first_order" else ()
+    signals = surrogate.inputs, surrogate.outputs
+    by_call = {call: answers(fmu, *signals, motion, call, step) for call in ("known", *moving)}
+
+    def compared(given: CallAnswers) -> Comparison:
         true_error = np.full_like(given.error, np.nan)
         if len(true_error) >= span:
             true_error[span - 1 :] = moving_rms(given.error, span)
@@ -127,11 +130,11 @@ def compare_with_truth(
             parameters=motion.parameters,
             trust=_trust(given),
             first_trusted=max(0, filling - first),
-            motion=motion,
+            motion=replace(motion, answers=by_call),
         )
 
-    plain = compared("plain") if surrogate.hold == "first_order" else None
-    return replace(compared("known"), plain=plain)
+    plain = compared(by_call["plain"]) if moving else None
+    return replace(compared(by_call["known"]), plain=plain)
 
 
 def _trust(given: CallAnswers) -> TrustOutputs | None:

@@ -86,13 +86,19 @@ class Meter:
     def answers(
         self, motions: Sequence[MeasuredMotion], call: Call, steps: float
     ) -> list[CallAnswers]:
-        """Run the FMU on motions in a call, with a number of steps in the own step.
+        """Return what the FMU gives on motions in a call, with a number of steps in the own step.
+
+        It is run where a motion has not its answers already.
 
         Raises:
             CoSimulationError: the FMU reports an error.
         """
         signals = self.surrogate.inputs, self.surrogate.outputs
-        return [answers(self.fmu, *signals, one, call, self.step / steps) for one in motions]
+        known = [one.answers.get(call) if steps == 1.0 else None for one in motions]
+        return [
+            answers(self.fmu, *signals, motion, call, self.step / steps) if done is None else done
+            for motion, done in zip(motions, known, strict=True)
+        ]
 
     def rows(
         self,

@@ -86,7 +86,8 @@ def test_earliest_move_of_the_robot_passes_the_point_and_settles_before_any_shap
     straight = earliest(replace(problem, via=None)).move
     assert problem.via is not None
     point, near = problem.via.points[0], problem.via.near
-    assert nearest(straight.motion, point, near, 50) > 3
+    # several joint motions are equally early: rounding decides by how much it misses
+    assert nearest(straight.motion, point, near, 50) > 2
     closest = int(np.argmin(np.abs(found.move.motion - point).max(axis=1)))
     speed = np.abs(np.diff(found.move.motion, axis=0))[closest - 2 : closest + 2].max()
     assert speed / problem.surrogate.window.step > 0.5

@@ -95,8 +95,12 @@ class Trajectories:
     def _keys(self) -> dict[str, str]:
         """The key, by split, of what decides all trajectories of the split."""
         recipe = self.case.recipe
+        inputs = [  # a model's own declarations, which its answers need not show
+            (one.low, one.high, one.start_value, one.hold, one.angle, one.period)
+            for one in self.case.source.inputs
+        ]
         return {
-            split: key_of(DRAWS, self.model, values_of_draws(recipe.drawn_for(split)))
+            split: key_of(DRAWS, self.model, inputs, values_of_draws(recipe.drawn_for(split)))
             for split in drawn_splits(recipe)
         }
 
@@ -214,12 +218,10 @@ def values_of_draws(recipe: Recipe) -> Tables:
     (``split_stream``).
     """
     no_data = {*SPLITS, "most_failures", "beyond_factor"}
-    values = {
+    return {
         "system": recipe.system.model_dump(mode="json", exclude=NO_DRAW),
         "step": recipe.window.step,
         "data": recipe.data.model_dump(mode="json", exclude=no_data),
         **recipe.model_dump(mode="json", include={"parameters", "loop"}),
+        **rules_of(recipe).decisive_for_data(recipe),
     }
-    if not rules_of(recipe).simulated:
-        values["lead"] = recipe.window.n_in - recipe.window.n_out  # records are cut by it
-    return values

@@ -86,6 +86,10 @@ class KindRules(abc.ABC):
     def require_parameters(self, recipe: Recipe) -> None:
         """Refuse with a ValueError physical parameters that such a system cannot have."""
 
+    def decisive_for_data(self, recipe: Recipe) -> Tables:
+        """Return further values on which trajectories depend, beside the tables of the data."""
+        return {}
+
     def starts(self, recipe: Recipe) -> dict[str, float]:
         """Return the start values by which the system gets its physical parameters, by name."""
         return {parameter.name: parameter.start_value for parameter in recipe.physical()}

@@ -121,6 +121,14 @@ class RecordRules(KindRules):
         if problem is not None:
             raise ValueError(problem)
 
+    def decisive_for_data(self, recipe: Recipe) -> Tables:
+        """Return the lead by which records are cut, and what divides them into parts."""
+        return {
+            "lead": recipe.window.n_in - recipe.window.n_out,
+            "shares": shares_of(recipe),
+            "degree": getattr(recipe.network, "parameter_degree", None),  # asks for specimens
+        }
+
     def starts(self, recipe: Recipe) -> dict[str, float]:
         """Return no values: the parameters of records cannot be set."""
         return {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -154,6 +155,16 @@ def test_kinds_of_excitation_decide_the_splits_that_are_drawn_from_them(tmp_path
     assert keys(of_bound, "further", tmp_path) != keys(others, "further", tmp_path)
     assert keys(plain, "train", tmp_path) != keys(of_training, "train", tmp_path)
     assert keys(plain, "validation", tmp_path) == keys(of_training, "validation", tmp_path)
+
+
+@pytest.mark.parametrize("declared", [{"start": 0.5}, {"high": 2.0}, {"hold": "first_order"}])
+def test_what_a_model_declares_of_its_inputs_decides_its_motions(
+    made: Trajectories, declared: dict[str, Any]
+) -> None:
+    """Its answers need not show this: their short motion is of one kind of excitation."""
+    other = case_of(RECIPE)
+    other.source.inputs = tuple(replace(one, **declared) for one in other.source.inputs)
+    assert Trajectories(made.folder, other, MODEL).key("train", 0) != made.key("train", 0)
 
 
 def test_range_of_amplitudes_decides_the_trajectories_beyond(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.data.generation import generate
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
@@ -27,8 +28,8 @@ ROUNDING = 1e-12
 """A value from which the mean was taken, and to which it was added again, differs by less."""
 
 
-def recipe_of(path: Path, **values: object) -> Recipe:
-    text = RECIPE.replace('"bench.csv"', f'"{path}"')
+def recipe_of(path: Path, more: str = "", **values: object) -> Recipe:
+    text = RECIPE.replace('"bench.csv"', f'"{path}"') + more
     for key, value in values.items():
         text += f"\n[data]\n{key} = {value}\n"
     read = parse_open_recipe(text, "bench.toml")
@@ -156,6 +157,17 @@ def test_another_window_cuts_other_segments(tmp_path: Path) -> None:
     assert made(recipe, tmp_path / "d") == 14
     window = recipe.window.model_copy(update={"n_in": recipe.window.n_in - 8})
     assert made(recipe.model_copy(update={"window": window}), tmp_path / "d") == 14
+
+
+def test_estimator_takes_its_share_so_all_parts_are_cut_anew(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv")
+    plain, with_estimator = recipe_of(path), recipe_of(path, more="[estimator]\n")
+    assert starts(plain, "validation") != starts(with_estimator, "validation")
+    one, other = (
+        Trajectories(tmp_path, case_of(recipe), "model").key("validation", 0)
+        for recipe in (plain, with_estimator)
+    )
+    assert one != other
 
 
 def without_outputs(path: Path, rows: slice, count: int = 4000) -> Path:

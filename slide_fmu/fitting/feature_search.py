@@ -130,8 +130,8 @@ def search_features(
         return tables[0], {}
     learnt, judged = (_first(split) for split in trials.splits)
     trials = dataclasses.replace(trials, splits=(learnt, judged))
-    about = trials.window, training, trials.offered.geometry, str(trials.eigenvalues)
-    key = checkpoint_key(about, learnt, judged)
+    offered = trials.offered.scaling, trials.offered.geometry, str(trials.eigenvalues)
+    key = checkpoint_key(trials.window, network, training, offered, learnt, judged)
     show = ProgressListener(progress(STAGE), with_error=not training.expert.even_out)
     tried: dict[int, History | None] = {}
 

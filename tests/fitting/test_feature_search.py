@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +135,23 @@ def test_trials_that_were_done_are_not_done_again(
     name = "slide_fmu.fitting.state_space.levenberg_marquardt.advance"
     monkeypatch.setattr(name, fail)
     assert search_features(OPEN, SHORT, made, no_stages) == first
+
+
+@pytest.mark.parametrize("change", ["order", "range"])
+def test_trials_of_another_network_or_another_range_are_tried_anew(
+    tmp_path: Path, change: str
+) -> None:
+    def errors(folder: Path, network: StateSpaceRecipe, scale: float = 1.0) -> list[float]:
+        made = trials(folder, ANGLE)
+        wider = replace(made.offered.scaling, scale=scale * made.offered.scaling.scale)
+        made = replace(made, offered=replace(made.offered, scaling=wider))
+        histories = search_features(network, SHORT, made, no_stages)[1].values()
+        return [history.validation_error[0] for history in histories]
+
+    small = StateSpaceRecipe(order=2, hidden=1)
+    other = (StateSpaceRecipe(order=3, hidden=1), 1.0) if change == "order" else (small, 2.0)
+    errors(tmp_path / "kept", small)
+    assert errors(tmp_path / "kept", *other) == errors(tmp_path / "new", *other)
 
 
 def faked(monkeypatch: pytest.MonkeyPatch, errors: list[float]) -> None:

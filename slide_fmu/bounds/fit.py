@@ -27,7 +27,7 @@ from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
 from slide_fmu.fitting.preparation import Work, eigenvalues_at_rest
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.model_rules import rules_of
-from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe
+from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe, tables_of_training
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
@@ -35,10 +35,6 @@ OF_ESTIMATOR = "estimator_validation"
 
 COMPANION = "companion"
 """Name of the companion's stage in the progress and in the figures."""
-
-NOT_LEARNT = {"description", "equations", "validation", "apps"}
-NOT_OF_SYSTEM = {"reference", "picture"}
-"""Tables of a recipe, and keys of its table ``system``, on which no training depends."""
 
 ACCURATE = 1.3
 """Largest ratio of the validation errors of companion and surrogate. A less accurate companion
@@ -72,10 +68,8 @@ def key_of_surrogate(work: Work) -> str:
         TrajectoryError, RecipeError, UrdfError, UnstableModeError: as of ``fit_surrogate``.
     """
     recipe, source, model = work.recipe, work.case.source, work.trajectories.model
-    tables = recipe.model_dump(mode="json", exclude=NOT_LEARNT)
-    tables["system"] = {k: v for k, v in tables["system"].items() if k not in NOT_OF_SYSTEM}
     return checkpoint_key(
-        tables,
+        tables_of_training(recipe.model_dump(mode="json")),
         (model, source.inputs, source.outputs, source.noise_at_rest, source.sampled_only),
         str(eigenvalues_at_rest(source)) if work.linearized else None,
         work.offered.geometry,

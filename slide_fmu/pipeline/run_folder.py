@@ -18,7 +18,7 @@ from slide_fmu.fitting.history import History
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.reading import parse_open_recipe
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.recipe import Recipe, tables_of_training
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -143,7 +143,8 @@ class RunFolder:
         self.require_surrogate()
         record = self._record.read_json(TrainingRecord)
         assert record is not None  # it is required
-        if _learnt(record.recipe) != _learnt(recipe.model_dump(mode="json")):
+        now = tables_of_training(recipe.model_dump(mode="json"))
+        if tables_of_training(record.recipe) != now:
             raise StageError(
                 f"{self.surrogate} was trained from other values than recipe {recipe.name!r} "
                 f"holds now, by slide-fmu {record.versions.get('slide-fmu')}; train again "
@@ -173,16 +174,6 @@ class RunFolder:
             )
         surrogate = Surrogate.from_bytes(data)
         return TrainedSurrogate(surrogate, record.histories, record.versions, record.start)
-
-
-def _learnt(recipe: Tables) -> Tables:
-    """Return the part of a recipe about learning, without tests and measurements."""
-    untaught = ("description", "equations", "stability", "validation", "apps")
-    learnt = {k: v for k, v in recipe.items() if k not in untaught}
-    system = recipe["system"].items()
-    shown = ("reference", "picture")
-    learnt["system"] = {k: v for k, v in system if k not in shown}
-    return learnt
 
 
 def recipe_of_provenance(provenance: Provenance | None, source: str) -> Recipe:

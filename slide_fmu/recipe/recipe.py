@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.mix import Excitation
+from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.estimator import EstimatorRecipe
 from slide_fmu.recipe.learning import (
@@ -90,12 +91,27 @@ LEARNT = ("train", "companion", "bound")
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Names of the splits. Test trajectories are drawn anew for every validation."""
 
+NOT_TRAINED = ("description", "equations", "validation", "apps")
+"""Tables of a recipe on which no training depends."""
+
+NOT_TRAINED_KEYS = {"system": ("reference", "picture"), "stability": ("allow_unstable",)}
+"""Keys on which no training depends, of tables on which it does. The tests of stability are
+training: they decide where the cubes of a network are clipped."""
+
 NAME = r"^[A-Za-z][A-Za-z0-9_]{0,99}$"
 """The name of a recipe is a C identifier, since its FMU has it, and short enough for a file's."""
 
 
 class RecipeError(ValueError):
     """A recipe cannot be used; the message holds one line per mistake."""
+
+
+def tables_of_training(tables: Tables) -> Tables:
+    """Return the part of a recipe's tables, as a recipe dumps them, that decides its training."""
+    decisive = {name: table for name, table in tables.items() if name not in NOT_TRAINED}
+    for name, left_out in NOT_TRAINED_KEYS.items():
+        decisive[name] = {k: v for k, v in tables[name].items() if k not in left_out}
+    return decisive
 
 
 class Recipe(Table):

@@ -33,7 +33,7 @@ def folder(tmp_path: Path) -> RunFolder:
         {"system": {"picture": "mbs_models.pictures.drawing:robot_picture"}},
         {"apps": {"page": {"drawing": "mbs_models.pictures.page_drawings:robot"}}},
         {"validation": {"trajectories": 3}},
-        {"stability": {"contraction_beyond": 5.0}},
+        {"stability": {"allow_unstable": True}},
         {"description": "said in other words", "equations": "y = u"},
     ],
 )
@@ -49,7 +49,13 @@ def test_another_reference_needs_no_other_surrogate(folder: RunFolder) -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", [{"system": {"parameters": {"substeps": 24}}}, {"training": {"steps": 41}}]
+    "changes",
+    [
+        {"system": {"parameters": {"substeps": 24}}},
+        {"training": {"steps": 41}},
+        {"stability": {"amplitudes": [1.0, 2.0]}},  # it decides where cubes are clipped
+        {"stability": {"contraction_beyond": 5.0}},
+    ],
 )
 def test_another_system_or_training_needs_another_surrogate(
     folder: RunFolder, changes: dict[str, Any]

@@ -39,6 +39,7 @@ from slide_fmu.cli.stage_results import (
     show_trial,
 )
 from slide_fmu.core.extras import how_to_install, missing_for_training, require_training
+from slide_fmu.core.file_kinds import record_formats
 from slide_fmu.validation.task import UNSEEN_SEED
 
 
@@ -48,7 +49,7 @@ def init(
         typer.Argument(
             metavar="MODEL...",
             help="The model: an FMU, a Python file, package.module:Class, or one or more"
-            " records (CSV, Parquet, HDF5, MAT). If there is no such model, --kind "
+            f" records ({record_formats()}). If there is no such model, --kind "
             "writes a new one with this name.",
         ),
     ],

@@ -32,6 +32,18 @@ _PYTHON = FileKind("a Python file", "slide-fmu init NAME writes a first recipe f
 _RECORD = FileKind("a measured record", "slide-fmu init NAME writes a first recipe for it")
 _SPREADSHEET = FileKind("a spreadsheet", "save its sheet as CSV, and name that file")
 
+RECORD_FORMATS: dict[str, str] = {
+    ".csv": "CSV",
+    ".tsv": "CSV",
+    ".txt": "CSV",
+    ".parquet": "Parquet",
+    ".h5": "HDF5",
+    ".hdf5": "HDF5",
+    ".hdf": "HDF5",
+    ".mat": "MAT",
+}
+"""Formats of measured records by suffix, in lower case."""
+
 SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
 """Suffixes of spreadsheets, which hold several tables."""
 
@@ -39,7 +51,7 @@ KINDS: dict[str, FileKind] = {
     ".fmu": _FMU,
     ".toml": _RECIPE,
     ".py": _PYTHON,
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".h5", ".hdf5", ".mat"), _RECORD),
+    **dict.fromkeys(RECORD_FORMATS, _RECORD),
     **dict.fromkeys(SPREADSHEETS, _SPREADSHEET),
     **dict.fromkeys((".slx", ".mdl", ".slxp"), _of_tool("Simulink")),
     **dict.fromkeys((".mo", ".mos", ".moe"), _of_tool("Modelica")),
@@ -51,6 +63,12 @@ KINDS: dict[str, FileKind] = {
     ".msim": _of_tool("MapleSim"),
 }
 """Kinds of files by suffix, in lower case."""
+
+
+def record_formats() -> str:
+    """Name the formats of measured records: ``CSV, Parquet, ... or MAT``."""
+    *first, final = dict.fromkeys(RECORD_FORMATS.values())
+    return f"{', '.join(first)} or {final}"
 
 
 def file_of_another_kind(path: str | Path, expected: str) -> str | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from slide_fmu.core.file_kinds import record_formats
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.propose.draft_signals import require_models
@@ -52,7 +53,7 @@ def _require_one(models: list[str], time: str | None) -> None:
     if len(models) > 1 or time is not None:
         raise ValueError(
             f"models {models}, --time {time}; expected one model without --time, or records "
-            "(.csv, .parquet, .h5, .mat) alone"
+            f"({record_formats()}) alone"
         )
 
 

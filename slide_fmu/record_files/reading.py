@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.core.file_kinds import RECORD_FORMATS
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.array_files import read_hdf5, read_mat
@@ -28,16 +29,12 @@ from slide_fmu.record_files.table import (
 )
 
 READERS: dict[str, Callable[[Path, Choice], RecordTable]] = {
-    ".csv": read_csv,
-    ".txt": read_csv,
-    ".tsv": read_csv,
-    ".parquet": read_parquet,
-    ".h5": read_hdf5,
-    ".hdf5": read_hdf5,
-    ".hdf": read_hdf5,
-    ".mat": read_mat,
+    "CSV": read_csv,
+    "Parquet": read_parquet,
+    "HDF5": read_hdf5,
+    "MAT": read_mat,
 }
-"""Readers by the end of the file's name, in small letters."""
+"""Readers by format (``RECORD_FORMATS``)."""
 
 
 def read_record(
@@ -107,15 +104,16 @@ def _read(choice: Choice, step: float | None) -> Record:
         file_path = find_file(path)
     except OSError as error:
         raise RecordError(str(error)) from error
-    reader = READERS.get(file_path.suffix.lower())
-    if reader is None:
+    format_name = RECORD_FORMATS.get(file_path.suffix.lower())
+    if format_name is None:
         raise RecordError(
-            f"{path} ends with {file_path.suffix!r}; expected one of {list(READERS)}: convert it"
+            f"{path} ends with {file_path.suffix!r}; expected one of "
+            f"{list(RECORD_FORMATS)}: convert it"
         )
     try:
         with file_path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
-        table = reader(file_path, choice)
+        table = READERS[format_name](file_path, choice)
     except OSError as error:
         raise RecordError(f"{path}: {error}; expected a file that can be read") from error
     return _with_time(table, choice, step, digest)

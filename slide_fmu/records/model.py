@@ -8,10 +8,11 @@ from typing import cast, final, get_args
 
 import numpy as np
 
+from slide_fmu.core.file_kinds import RECORD_FORMATS
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.core.units import are_other
-from slide_fmu.record_files.reading import READERS, read_record, read_records
+from slide_fmu.record_files.reading import read_record, read_records
 from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.findings import examine
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
@@ -207,4 +208,4 @@ def _modified(what: str, path: str) -> int:
 
 def recognises(model: str) -> bool:
     """Tell whether a model is a record, by its name."""
-    return Path(model).suffix.lower() in READERS
+    return Path(model).suffix.lower() in RECORD_FORMATS

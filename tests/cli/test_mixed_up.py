@@ -56,6 +56,8 @@ def test_recipe_that_cannot_be_read_is_told_before_any_work_is_shown(
         (["init", "m.xlsx"], "'m.xlsx' is a spreadsheet by its name", "save its sheet as CSV"),
         (["init", "bench.toml"], "is a recipe or a task by its name", "run bench.toml writes"),
         (["run", "bench.csv"], "is a measured record by its name", "slide-fmu init bench.csv"),
+        (["run", "rec.hdf"], "is a measured record by its name", "slide-fmu init rec.hdf"),
+        (["info", "rec.hdf"], "is a measured record by its name", "slide-fmu init rec.hdf"),
         (["info", "model.py"], "is a Python file by its name", "slide-fmu init model.py"),
         (["init", "--kind", "fmu", "NEW"], "there is no such file", "the path of an FMU (.fmu)"),
         (["init", "--kind", "exudyn", "new.fmu"], "is an FMU by its name", "a Python file (.py)"),
@@ -69,8 +71,8 @@ def test_file_of_another_kind_is_named_with_what_to_do_with_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for name in ("m.xlsx", "bench.toml", "bench.csv", "model.py"):
-        Path(name).write_text("1, 2\n", encoding="utf-8")
+    for name in ("m.xlsx", "bench.toml", "bench.csv", "rec.hdf", "model.py"):
+        Path(name).write_bytes(b"\x89HDF\r\n" if name == "rec.hdf" else b"1, 2\n")
     code, output = said(*arguments)
     assert code == 1
     assert found in output

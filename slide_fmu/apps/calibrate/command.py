@@ -10,6 +10,7 @@ import typer
 from slide_fmu.cli.console import console, progress_bars, show_remark, show_table, write_json
 from slide_fmu.cli.options import FmuArgument, JsonOption, numbers_of, one_of, pairs_of
 from slide_fmu.core.figures import plain
+from slide_fmu.core.file_kinds import record_formats
 
 if TYPE_CHECKING:
     from slide_fmu.apps.calibrate.result import Calibration
@@ -25,7 +26,7 @@ def calibrate(
         list[str],
         typer.Argument(
             metavar="RECORD...",
-            help="One or more measured records: CSV, Parquet, HDF5 or MAT files.",
+            help=f"One or more measured records: {record_formats()} files.",
         ),
     ],
     inputs: Annotated[

@@ -113,7 +113,7 @@ def test_report_and_card_show_the_bound_and_the_fading_memory(bounded: Finished)
     card = (folder / "card.md").read_text(encoding="utf-8")
     surrogate, _ = read_fmu(bounded.fmu)
     assert isinstance(surrogate.network, StateSpace)
-    assert f"({len(surrogate.network.cell.a)} states, 4 hidden units)" in page
+    assert f"{len(surrogate.network.cell.a)} states and 4 hidden units" in page
     (row,) = rows_at(bounded, "in range", "all kinds", 1.0)
     (line,) = [line for line in card.splitlines() if line.startswith("| in range |")]
     assert f" {100 * row['outputs'][0]['covered']:.3g} % | " in line

@@ -97,7 +97,7 @@ def test_simulate_gives_the_error_that_the_report_says(place: Path) -> None:
 
 def test_card_names_the_file_and_the_linear_fit(place: Path) -> None:
     card = (place / "runs/bench/card.md").read_text(encoding="utf-8")
-    assert "\n| bench.csv | " in card
+    assert "\n| in range: bench.csv | " in card
     assert re.search(r"- [^:]+: [\d.]+ % is noise; free of the window the error is", card)
     page = (place / "runs/bench/report.html").read_text(encoding="utf-8")
     assert "trained on measured records; inputs of another kind it has never seen:" in page

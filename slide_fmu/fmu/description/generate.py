@@ -30,39 +30,6 @@ WHEN = {
 }
 """What an FMU must have for the variable to exist, in the page's table."""
 
-MEANING = {
-    "INPUT": "input; its range is the training's",
-    "OUTPUT": "output at the end of the step",
-    "ERROR_ESTIMATE": "estimated RMS error over the last samples",
-    "WINDOW_FILLED": "outputs are valid once it is 1",
-    "ESTIMATE_FILLED": "error estimates are valid once it is 1",
-    "TRUNCATION_ERROR": "loss by forgetting inputs older than the window",
-    "IN_RANGE": "all inputs behind the outputs lay in their ranges",
-    "PREHISTORY_KNOWN": (
-        "before the start, inputs were: 0 the first input; 1 `initial_<input>`; "
-        "2 (FMI 3.0) `initial_<input>_window`"
-    ),
-    "INITIAL_INPUT": "value before the start",
-    "TIME": "simulation time in s",
-    "OUTPUT_WINDOW": "last samples of the output, oldest first",
-    "INITIAL_WINDOW": "last samples before the start, oldest first",
-    "INPUTS_AT_STEP_END": (
-        "inputs are those at: 0 the start of the step, with a forecast; 1 its end"
-    ),
-    "INPUTS_HELD": "0: smooth inputs move on within a step, others are held; 1: all are held",
-    "MODEL_PARAMETER": "physical parameter; values outside its range are refused",
-    "PARAMETERS_SETTLED": "outputs are those of the new parameters once it is 1",
-    "ERROR_BOUND": "limit of this sample's error, with the probability `confidence`",
-    "IN_DOMAIN": "inputs are like those of the calibration; if false, bounds may be far too small",
-    "NOVELTY": "distance of the inputs from the calibration; 1 is the edge of the domain",
-    "BOUND_FILLED": "bounds and novelty are valid once it is 1",
-    "CONFIDENCE": "probability of error bounds",
-    "OUTPUTS_IN_RANGE": "all outputs lie in the ranges of the training",
-    "ERROR_TOLERANCE": "largest 95 % error bound with which `trusted` is true",
-    "TRUSTED": "if false, this step may be wrong, by bound, domain, ranges or an unknown past",
-}
-"""Meaning of each kind, for the page: shorter than the descriptions that FMUs carry."""
-
 
 def header() -> str:
     """Write the C header: a macro with all kinds, which ``runtime/calls/variables.c`` expands."""
@@ -133,7 +100,7 @@ def _row(kind: VariableKind) -> str:
     read = " *r*" if "when it is read" in kind.text or "when they are read" in kind.text else ""
     cells = [
         f"`{kind.name_for(signal)}`{read}",
-        MEANING[kind.key],
+        kind.meaning,
         f"{WHEN[kind.when]}{standard}",
         f"{kind.reference()}{index}",
         f"{kind.causality}, {kind.variability}",

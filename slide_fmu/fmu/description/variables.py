@@ -69,6 +69,7 @@ class VariableKind:
         name: name of the variable; ``{signal}`` stands for the name of its signal.
         text: description for users, with placeholders ``{signal}``, ``{positions}`` (samples of an
             error estimate) and ``{size}`` (samples of an array).
+        meaning: what it is, shorter than the text, for the table of ``docs/variables.md``.
         causality, variability: as in both standards.
         per: whether there is one variable, or one for each input, output, or physical parameter.
         when: condition on the surrogate: an error estimate, a state-space network, a network that
@@ -93,6 +94,7 @@ class VariableKind:
     key: str
     name: str
     text: str
+    meaning: str
     causality: Literal["input", "output", "parameter", "independent", "local"]
     variability: Literal["continuous", "discrete", "fixed", "tunable"] = "continuous"
     per: Per = "one"
@@ -130,6 +132,7 @@ KINDS: tuple[VariableKind, ...] = (
         "INPUT",
         "{signal}",
         "This is an input; its range is that of the training.",
+        "input; its range is the training's",
         "input",
         per="input",
         bounds=SIGNAL,
@@ -139,6 +142,7 @@ KINDS: tuple[VariableKind, ...] = (
         "OUTPUT",
         "{signal}",
         "This output is predicted for the end of the communication step.",
+        "output at the end of the step",
         "output",
         per="output",
         initially="everything",
@@ -149,6 +153,7 @@ KINDS: tuple[VariableKind, ...] = (
         ERROR_ESTIMATE,
         "This is the estimated root mean square error of {signal} over the last {positions} "
         "samples; it costs time only when it is read.",
+        "estimated RMS error over the last samples",
         "output",
         per="output",
         when="estimator",
@@ -161,6 +166,7 @@ KINDS: tuple[VariableKind, ...] = (
         WINDOW_FILLED,
         "It says which part of the inputs behind the outputs was set in this run, from 0 to 1; "
         "trust the outputs once it is 1.",
+        "outputs are valid once it is 1",
         "output",
         unit="1",
         bounds=SHARE,
@@ -172,6 +178,7 @@ KINDS: tuple[VariableKind, ...] = (
         ESTIMATE_FILLED,
         "It says which part of the inputs behind the error estimates was set in this run, from 0 "
         "to 1; trust the estimates once it is 1.",
+        "error estimates are valid once it is 1",
         "output",
         when="estimator",
         unit="1",
@@ -184,6 +191,7 @@ KINDS: tuple[VariableKind, ...] = (
         TRUNCATION_ERROR,
         "This is what {signal} lost by forgetting inputs older than the window; it is measured "
         "once per window.",
+        "loss by forgetting inputs older than the window",
         "output",
         per="output",
         when="state_space",
@@ -195,6 +203,7 @@ KINDS: tuple[VariableKind, ...] = (
         "IN_RANGE",
         IN_RANGE,
         "It is true when all inputs behind the outputs lay in their ranges.",
+        "all inputs behind the outputs lay in their ranges",
         "output",
         "discrete",
         type="Boolean",
@@ -206,6 +215,8 @@ KINDS: tuple[VariableKind, ...] = (
         PREHISTORY_KNOWN,
         "With 1, the inputs had their initial values for all time before the start; with 0, the "
         "first input counts as held for all time before it.",
+        "before the start, inputs were: 0 the first input; 1 `initial_<input>`; 2 (FMI 3.0) "
+        "`initial_<input>_window`",
         "parameter",
         "fixed",
         unit="1",
@@ -218,6 +229,7 @@ KINDS: tuple[VariableKind, ...] = (
         "INITIAL_INPUT",
         INITIAL,
         f"This was the value of {{signal}} before the start, where {PREHISTORY_KNOWN} is 1.",
+        "value before the start",
         "parameter",
         "fixed",
         per="input",
@@ -228,6 +240,7 @@ KINDS: tuple[VariableKind, ...] = (
         "TIME",
         "time",
         "This is the simulation time.",
+        "simulation time in s",
         "independent",
         fmi=3,
         unit="s",
@@ -238,6 +251,7 @@ KINDS: tuple[VariableKind, ...] = (
         "{signal}_window",
         "These are the last {size} samples of {signal}, oldest first, as the network sees them "
         "now; they cost time only when they are read.",
+        "last samples of the output, oldest first",
         "local",
         per="output",
         when="several_samples",
@@ -250,6 +264,7 @@ KINDS: tuple[VariableKind, ...] = (
         f"{INITIAL}_window",
         f"These were the last {{size}} samples of {{signal}} before the start, oldest first, "
         f"where {PREHISTORY_KNOWN} is 2.",
+        "last samples before the start, oldest first",
         "parameter",
         "fixed",
         per="input",
@@ -264,6 +279,7 @@ KINDS: tuple[VariableKind, ...] = (
         "With 0, inputs are set to what they are at the start of a communication step, and what "
         "they do within it is forecast until they are set again; with 1, they are set to what "
         "they reach by its end.",
+        "inputs are those at: 0 the start of the step, with a forecast; 1 its end",
         "parameter",
         "fixed",
         when="first_order",
@@ -276,6 +292,7 @@ KINDS: tuple[VariableKind, ...] = (
         "{signal}",
         "This is a physical parameter of the model; its range is that of the training, and values "
         "outside are refused. It may be changed between communication steps.",
+        "physical parameter; values outside its range are refused",
         "parameter",
         "tunable",
         per="parameter",
@@ -289,6 +306,7 @@ KINDS: tuple[VariableKind, ...] = (
         "It says which part of the window behind the outputs passed since a physical parameter "
         "was changed in this run, from 0 to 1; until it is 1, the outputs go over from the "
         "response with the former parameters.",
+        "outputs are those of the new parameters once it is 1",
         "output",
         when="parameters",
         unit="1",
@@ -301,6 +319,7 @@ KINDS: tuple[VariableKind, ...] = (
         "The error of {signal} at this sample stays below it with the probability of the "
         "parameter confidence, for inputs of the kinds that it was calibrated on; where in_domain "
         "is false it is not calibrated, and may be too small. It costs time only when it is read.",
+        "limit of this sample's error, with the probability `confidence`",
         "output",
         per="output",
         when="bound",
@@ -314,6 +333,7 @@ KINDS: tuple[VariableKind, ...] = (
         "It is true when the inputs behind the outputs are like those that the error bound was "
         "calibrated on: novelty is at most 1, and inputs_in_range is true. It costs time only "
         "when it is read.",
+        "inputs are like those of the calibration; if false, bounds may be far too small",
         "output",
         "discrete",
         type="Boolean",
@@ -326,6 +346,7 @@ KINDS: tuple[VariableKind, ...] = (
         NOVELTY,
         "It says how far the inputs behind the outputs go beyond those that the error bound was "
         "calibrated on; it is 1 at the edge of the domain. It costs time only when it is read.",
+        "distance of the inputs from the calibration; 1 is the edge of the domain",
         "output",
         when="bound",
         unit="1",
@@ -338,6 +359,7 @@ KINDS: tuple[VariableKind, ...] = (
         BOUND_FILLED,
         "It says which part of the inputs behind error bounds and novelty was set in this run, "
         "from 0 to 1; trust them once it is 1.",
+        "bounds and novelty are valid once it is 1",
         "output",
         when="bound",
         unit="1",
@@ -350,6 +372,7 @@ KINDS: tuple[VariableKind, ...] = (
         CONFIDENCE,
         "This is the probability with which errors stay below the error bounds; values outside "
         "its range are refused. It may be changed between communication steps.",
+        "probability of error bounds",
         "parameter",
         "tunable",
         when="bound",
@@ -362,6 +385,7 @@ KINDS: tuple[VariableKind, ...] = (
         OUTPUTS_IN_RANGE,
         "It is true when all outputs lie in the ranges that they had in the training; where it is "
         "false, nothing like it was learnt.",
+        "all outputs lie in the ranges of the training",
         "output",
         "discrete",
         type="Boolean",
@@ -375,6 +399,7 @@ KINDS: tuple[VariableKind, ...] = (
         "This is the largest 95 % error bound of {signal} with which trusted is true; it starts "
         "at a value that inputs like those of the calibration rarely exceed. It may be changed "
         "between communication steps.",
+        "largest 95 % error bound with which `trusted` is true",
         "parameter",
         "tunable",
         per="output",
@@ -388,6 +413,7 @@ KINDS: tuple[VariableKind, ...] = (
         "It is false when this step may be wrong: a 95 % error bound exceeds its tolerance "
         "(whatever confidence is), in_domain or a range is false, or error_bound_filled is below "
         "1. It costs time only when it is read.",
+        "if false, this step may be wrong, by bound, domain, ranges or an unknown past",
         "output",
         "discrete",
         type="Boolean",
@@ -401,6 +427,7 @@ KINDS: tuple[VariableKind, ...] = (
         "With 0, the FMU tells by what it has seen of an input whether it moves smoothly, so that "
         "it goes on within a communication step, or is held, as a controller does; with 1, all "
         "inputs are held over each step.",
+        "0: smooth inputs move on within a step, others are held; 1: all are held",
         "parameter",
         "fixed",
         when="zero_order",

@@ -34,7 +34,7 @@ from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
 from slide_fmu.importer.description import is_fmi_3
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6

@@ -23,7 +23,7 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.run import StepGrid, run_over
+from slide_fmu.importer.whole_run import StepGrid, run_over
 
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of the FMU's step, in such steps."""

@@ -16,8 +16,8 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, moves, within_ranges
 from slide_fmu.data.closed_loop import ClosedLoop, straight
+from slide_fmu.excitation.kinds import choose_kind, drawing_kind, names_of
 from slide_fmu.excitation.loop import LoopRecipe, Partner
-from slide_fmu.excitation.mix import choose_kind, drawing_kind, names_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import RandomStates, State, Stepping, System
 from slide_fmu.systems.errors import SimulationError

@@ -17,8 +17,8 @@ from pydantic import Field
 from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.core.units import ratio
 from slide_fmu.excitation.base import CountRange, Kind, Limits
+from slide_fmu.excitation.descriptions import between, with_unit
 from slide_fmu.excitation.speed_profile import fastest_phases
-from slide_fmu.excitation.words import between, with_unit
 
 FULL_TURN = 2 * math.pi
 

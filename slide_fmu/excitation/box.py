@@ -14,7 +14,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.excitation.base import Kind, PositiveRange
-from slide_fmu.excitation.words import between
+from slide_fmu.excitation.descriptions import between
 
 MOST_INPUTS = 4
 """Up to this number of inputs all corners are used; above it a subset that fills the box."""

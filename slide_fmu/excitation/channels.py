@@ -17,7 +17,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
-from slide_fmu.excitation.words import between, size, subject
+from slide_fmu.excitation.descriptions import between, size, subject
 
 
 class ChannelKind(Kind):

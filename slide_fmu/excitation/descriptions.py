@@ -1,4 +1,4 @@
-"""These functions word the descriptions of excitation: subjects, sizes, and ranges."""
+"""Kinds of excitation describe themselves; the parts of their sentences are worded here."""
 
 from __future__ import annotations
 

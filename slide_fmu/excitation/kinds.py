@@ -1,4 +1,4 @@
-"""A recipe mixes kinds of excitation: this module lists them and draws from the mix.
+"""All kinds of excitation are listed here; a recipe mixes them, and motions draw from the mix.
 
 A new kind is added to ``Excitation``; nothing else lists them.
 """

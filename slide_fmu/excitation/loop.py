@@ -19,7 +19,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.toml_table import Table
 from slide_fmu.excitation.base import Range, ordered
-from slide_fmu.excitation.words import between
+from slide_fmu.excitation.descriptions import between
 
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 DISPLACEMENTS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6}

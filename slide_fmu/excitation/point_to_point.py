@@ -15,8 +15,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
+from slide_fmu.excitation.descriptions import between, listed
 from slide_fmu.excitation.speed_profile import SpeedProfiles
-from slide_fmu.excitation.words import between, listed
 
 
 def _half_at_most(pair: tuple[float, float]) -> tuple[float, float]:

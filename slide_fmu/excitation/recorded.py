@@ -14,7 +14,7 @@ from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange
-from slide_fmu.excitation.words import between
+from slide_fmu.excitation.descriptions import between
 
 TIME = "time"
 """The usual name of the column of times, and its name in the key ``columns``."""

@@ -9,7 +9,7 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, PositiveRange, Range
 from slide_fmu.excitation.channels import ChannelKind
-from slide_fmu.excitation.words import between, size, subject
+from slide_fmu.excitation.descriptions import between, size, subject
 
 
 class FilteredRandom(ChannelKind):

@@ -16,7 +16,7 @@ from pydantic import Field
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import CountRange, Kind, PositiveFloat, Share
-from slide_fmu.excitation.words import between
+from slide_fmu.excitation.descriptions import between
 
 CONSTANT_SPEED = 0.1
 """Share of the phases in which the speed stays constant, as in the paper."""

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind, Limits, PositiveRange, Share, require_one_each
-from slide_fmu.excitation.words import between, listed
+from slide_fmu.excitation.descriptions import between, listed
 
 DURATION = (2.0, 8.0)
 """Range of the time from point to point in s, drawn uniformly."""

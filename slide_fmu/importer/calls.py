@@ -10,7 +10,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.importer.errors import CoSimulationError, LostError
-from slide_fmu.importer.log import SHOWN
+from slide_fmu.importer.logger_callbacks import SHOWN
 
 
 class FailedCallError(CoSimulationError):

@@ -21,7 +21,7 @@ from slide_fmu.importer.calls import FailedCallError, GuardedCalls
 from slide_fmu.importer.description import experiment, is_fmi_3, start_time
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.log import SHOWN, callbacks_of_fmi2, logger
+from slide_fmu.importer.logger_callbacks import SHOWN, callbacks_of_fmi2, logger
 from slide_fmu.importer.variables import InstanceVariables
 
 _CLASSES = {

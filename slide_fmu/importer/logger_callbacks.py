@@ -1,4 +1,4 @@
-"""Texts that an FMU logs are kept, with their numbers in them."""
+"""Callbacks keep what an FMU logs, with numbers in its texts; ``calls.py`` puts it in errors."""
 
 from __future__ import annotations
 

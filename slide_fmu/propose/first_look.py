@@ -17,7 +17,7 @@ from slide_fmu.core.signals import FloatArray, Hold, hold_of, on_circles, within
 from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
-from slide_fmu.excitation.mix import Excitation, drawing_kind
+from slide_fmu.excitation.kinds import Excitation, drawing_kind
 from slide_fmu.memory.bandwidth import (
     GAIN,
     OWN_SAMPLES,

@@ -15,7 +15,7 @@ from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import PROBE, Stream, draw, probe, simulate_draw
 from slide_fmu.data.parameter_draws import case_at, with_values
 from slide_fmu.data.simulation_time import TIMED_SAMPLES, simulation_time
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.kinds import names_of
 from slide_fmu.memory.decay_figures import SizingFigures
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables

@@ -11,7 +11,7 @@ from typing import cast
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import moves
 from slide_fmu.excitation.clipping import clipped
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.features.sets import feature_set
 from slide_fmu.recipe.learning import NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.loop_partner import own_partner

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from slide_fmu.excitation.mix import moving_by_themselves
+from slide_fmu.excitation.kinds import moving_by_themselves
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import StateSpaceRecipe

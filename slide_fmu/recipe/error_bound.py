@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from slide_fmu.core.block_means import N_BLOCKS, block_lengths, span_samples
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.recipe.learning import LeastSquaresRecipe, PositiveFloat, PositiveInt, Table
 from slide_fmu.recipe.tables import WindowRecipe
 

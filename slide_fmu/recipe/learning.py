@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, field_validator, model_validator
 
 from slide_fmu.core.toml_table import Table as Table
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.features.sets import LINEAR_NAMES
 
 PositiveInt = Annotated[int, Field(gt=0)]

@@ -8,7 +8,7 @@ from typing import Any, Final, cast, final
 
 from slide_fmu.core.signals import Signal, moves
 from slide_fmu.excitation.base import Kind
-from slide_fmu.excitation.mix import names_of, reported_names_of
+from slide_fmu.excitation.kinds import names_of, reported_names_of
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation
 from slide_fmu.recipe.kind_rules import KindRules, Motion, Words

@@ -8,8 +8,8 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from slide_fmu.core.parameters import Parameter, Transform
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.excitation.mix import Excitation
 from slide_fmu.recipe.automatic import Tables
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.estimator import EstimatorRecipe

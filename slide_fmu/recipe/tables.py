@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from slide_fmu.core.window import Window
 from slide_fmu.excitation.base import PositiveRange
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 

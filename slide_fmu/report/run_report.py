@@ -9,8 +9,8 @@ from pathlib import PureWindowsPath
 from slide_fmu.core.readable import decimal
 from slide_fmu.core.units import NO_UNIT, behind
 from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.excitation.kinds import Excitation, names_of
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.fitting.history import Curve, History, explanations_of
 from slide_fmu.fmu.description.surrogate_variables import Variable, fmu_variables
 from slide_fmu.memory.sizing import AnySizing

@@ -23,7 +23,7 @@ from slide_fmu.fmu.description.variables import (
     TRUSTED,
 )
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.validation.input_courses import InputCourse, Stairs
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
 

@@ -15,7 +15,7 @@ from typing import final
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
-from slide_fmu.excitation.mix import moving_by_themselves
+from slide_fmu.excitation.kinds import moving_by_themselves
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -18,7 +18,7 @@ from slide_fmu.core.measures import rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, draw, first_that_runs, shortened
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

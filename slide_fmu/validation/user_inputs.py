@@ -19,7 +19,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
 from slide_fmu.data.draws import Draw, drawn_outputs
-from slide_fmu.excitation.words import between
+from slide_fmu.excitation.descriptions import between
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System

@@ -22,7 +22,7 @@ from pydantic import TypeAdapter
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of

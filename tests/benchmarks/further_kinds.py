@@ -31,7 +31,7 @@ from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.generation import generate
 from slide_fmu.data.trajectories import Split
 from slide_fmu.data.unseen import unseen_motions
-from slide_fmu.excitation.mix import names_of
+from slide_fmu.excitation.kinds import names_of
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of

@@ -34,7 +34,7 @@ from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

@@ -32,7 +32,7 @@ from mbs_models.slider_crank.slider_crank import SliderCrank
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

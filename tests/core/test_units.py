@@ -6,7 +6,7 @@ import pytest
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.core.units import behind, labelled, ratio, require_unit
-from slide_fmu.excitation.words import listed
+from slide_fmu.excitation.descriptions import listed
 from tests.refusals import refused
 
 

@@ -11,7 +11,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape

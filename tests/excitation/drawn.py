@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 
 STEP = 1 / 60
 TIME = STEP * np.arange(6001)

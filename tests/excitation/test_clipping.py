@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.clipping import clipped
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.default_excitation import default_excitation

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.excitation.mix import Excitation, reported_names_of
+from slide_fmu.excitation.kinds import Excitation, reported_names_of
 
 STEP = 0.01
 FORCE = Signal("force", "N", -2.0, 2.0)

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.mix import Excitation, choose_kind
+from slide_fmu.excitation.kinds import Excitation, choose_kind
 
 STEP = 0.01
 TIME = STEP * np.arange(4000)

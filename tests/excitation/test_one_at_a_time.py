@@ -10,8 +10,8 @@ import pytest
 
 from slide_fmu.core.signals import Signal
 from slide_fmu.data.draws import Stream, draw_inputs
+from slide_fmu.excitation.kinds import drawing_kind
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.excitation.mix import drawing_kind
 from slide_fmu.excitation.one_at_a_time import OneAtATime
 from tests.excitation.drawn import JOINTS, kind_of, motion
 from tests.recipes import tiny_recipe

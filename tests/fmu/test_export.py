@@ -22,7 +22,7 @@ from slide_fmu.fmu.libraries import platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 from tests.refusals import refused

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.importer.log import MEMORY, callbacks_of_fmi2
+from slide_fmu.importer.logger_callbacks import MEMORY, callbacks_of_fmi2
 from tests.own_models.quarter_car import compiled
 
 SOURCE = r"""

@@ -7,7 +7,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from slide_fmu.core.signals import Hold, Signal
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.excitation.spectra import Multisine
 from slide_fmu.recipe.default_excitation import (
     InputKind,

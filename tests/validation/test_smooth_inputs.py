@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from scipy.signal import lfilter
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.excitation.mix import Excitation
+from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -20,7 +20,7 @@ from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOV
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.run import Run, run_fmu
+from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

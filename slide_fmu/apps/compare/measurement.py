@@ -23,7 +23,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 

@@ -15,7 +15,7 @@ from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
-from slide_fmu.excitation.mix import moving_by_themselves
+from slide_fmu.excitation.kinds import moving_by_themselves
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
     HELD,
@@ -25,7 +25,7 @@ from slide_fmu.fmu.description.variables import (
     WINDOW_FILLED,
 )
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from slide_fmu.apps.credentials.metadata import Entry, Row, joined, table
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import Signal
+from slide_fmu.excitation.kinds import Excitation, names_of
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.excitation.mix import Excitation, names_of
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from slide_fmu.report.fmu_description import FmuDescription

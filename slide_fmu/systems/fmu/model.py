@@ -35,7 +35,7 @@ from slide_fmu.systems.fmu.file import (
     read_fmu_file,
     split_options,
 )
-from slide_fmu.systems.fmu.runs import FAILURES, Runs
+from slide_fmu.systems.fmu.repeated_runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import TOLERANCE, SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (

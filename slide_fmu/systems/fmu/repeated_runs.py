@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.calls import FailedCallError
-from slide_fmu.importer.log import SHOWN
+from slide_fmu.importer.logger_callbacks import SHOWN
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.fmu.steps import FmuSteps
 from slide_fmu.systems.specification import values_text

@@ -23,7 +23,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
-from slide_fmu.importer.run import run_fmu
+from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
 from slide_fmu.systems.errors import LoadError

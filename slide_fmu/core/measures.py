@@ -12,18 +12,36 @@ from slide_fmu.core.signals import FloatArray
 TINY = sys.float_info.min
 """Nothing is divided by less, so that figures of a reference at rest stay finite."""
 
+ROUNDING = 1e-9
+"""Largest relative difference of a constant from its mean: the mean of many samples is rounded."""
+
 
 def rms(values: FloatArray) -> FloatArray:
     """Compute the root mean square over all samples, (..., n_channels) to (n_channels,)."""
     return np.asarray(np.sqrt(np.mean(values.reshape(-1, values.shape[-1]) ** 2, axis=0)))
 
 
-def size_about(truth: FloatArray, mean: FloatArray) -> FloatArray:
-    """Return the RMS about a mean, (n_channels,), of true outputs, (N, n_channels); at least TINY.
+def size_about(truth: FloatArray, mean: FloatArray | None = None) -> FloatArray:
+    """Return the RMS about a mean, (n_channels,), of true outputs, (N, n_channels).
 
-    Errors are relative to it.
+    The mean is their own, if none is given; then this is their standard deviation. An output that
+    is constant at its mean has no size that errors could be relative to: it gets ``TINY``, and not
+    the rounding of the mean.
     """
-    return np.maximum(rms(truth - mean), TINY)
+    mean = truth.mean(axis=0) if mean is None else mean
+    at_mean = np.isclose(truth, mean, rtol=ROUNDING, atol=0.0)
+    constant = np.all((truth == truth[:1]) & at_mean, axis=0)
+    return np.where(constant, TINY, np.maximum(rms(truth - mean), TINY))
+
+
+def relative_rmse(error: FloatArray, size: FloatArray) -> FloatArray:
+    """Return the RMSE, (n_channels,), of errors, (N, n_channels), relative to outputs of a size.
+
+    The size is that of ``size_about``. Where it is ``TINY``, the output does not move: the figure
+    is 0 without an error, huge but finite with one, and no part of a mean over outputs.
+    """
+    with np.errstate(over="ignore"):
+        return np.asarray(np.minimum(rms(error) / np.maximum(size, TINY), sys.float_info.max))
 
 
 def moving_rms(errors: FloatArray, length: int) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slide_fmu.core.measures import percent
+from slide_fmu.core.measures import percent, relative_rmse, size_about
 from slide_fmu.core.signals import FloatArray, hold_of, on_circles, within_ranges
 from slide_fmu.data.draws import PROBE, PROBE_ATTEMPTS, Stream, draw
 from slide_fmu.recipe.case import Case
@@ -73,7 +73,7 @@ def _another_motion(
     system, true = case.system, outputs[::FINER]
     columns = [k for k, signal in enumerate(system.outputs) if signal.name in names]
     own = simulate(system, inputs[FINER - 1 :: FINER]).outputs[:, columns]
-    errors = _relative(own - true, true)
+    errors = relative_rmse(own - true, size_about(true))
     name, apart = names[int(np.argmax(errors))], float(np.max(errors))
     if apart <= SAME:
         return None
@@ -99,7 +99,7 @@ def between_samples(outputs: FloatArray, every: int) -> FloatArray:
     time = np.arange((len(outputs) - 1) // every * every + 1)
     true = outputs[: len(time)]
     error = CubicSpline(time[::every], true[::every])(time) - true
-    return _relative(error, true)
+    return relative_rmse(error, size_about(true))
 
 
 def after_jumps(outputs: FloatArray, every: int) -> FloatArray:
@@ -113,12 +113,7 @@ def after_jumps(outputs: FloatArray, every: int) -> FloatArray:
     pieces = true.reshape(-1, every, true.shape[1])
     part = np.linspace(0.0, 1.0, every)[:, None]
     line = pieces[:, :1] + part * (pieces[:, -1:] - pieces[:, :1])
-    return _relative((line - pieces).reshape(true.shape), true)
-
-
-def _relative(error: FloatArray, true: FloatArray) -> FloatArray:
-    """Return the RMS of errors relative to the standard deviation of outputs that move."""
-    return np.asarray(np.sqrt(np.mean(error**2, axis=0)) / np.std(true, axis=0))
+    return relative_rmse((line - pieces).reshape(true.shape), size_about(true))
 
 
 def _finer_outputs(recipe: Recipe, system: System) -> tuple[list[str], FloatArray, FloatArray]:

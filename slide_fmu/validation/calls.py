@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from slide_fmu.core.measures import TINY, rms, size_about
+from slide_fmu.core.measures import TINY, relative_rmse, rms, size_about
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
@@ -226,7 +226,7 @@ def row_of(
     step, own = steps
     filled = np.concatenate([one.filled for one in every])
     size = size_about(truth, levels.mean) if levels.size is None else levels.size
-    relative, absolute = rms(error) / np.maximum(size, TINY), np.abs(error)
+    relative, absolute = relative_rmse(error, size), np.abs(error)
     bounds = _joined([one.bounds for one in every])
     flags = _joined([one.trusted for one in every])
     counts = filled if bounds is not None else np.full(len(error), True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.measures import rms, size_about
+from slide_fmu.core.measures import relative_rmse, rms, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
@@ -99,7 +99,7 @@ class Validation:
         Both arguments have the shape (n, n_outputs), of all trajectories or of some. A reference
         that is constant throughout counts as tiny, so that the figure stays finite.
         """
-        return np.asarray(rms(error) / size_about(reference, self.mean))
+        return relative_rmse(error, size_about(reference, self.mean))
 
     def figures(self) -> ValidationFigures:
         """Return the figures, as ``report.json`` holds their dump."""
@@ -148,7 +148,7 @@ class Validation:
         plain = [None if c.plain is None else c.plain.surrogate for c in self.comparisons]
 
         def relative_of(others: Sequence[FloatArray | None]) -> float | None:
-            """Give the relative RMSE of other outputs than the surrogate's, if there are any."""
+            """Give the relative RMSE of other outputs or of another run, if there are any."""
             pairs = zip(others, self.comparisons, strict=True)
             errors = [other - c.reference for other, c in pairs if other is not None]
             if not errors:
@@ -166,23 +166,14 @@ class Validation:
             relative_rmse_of_trajectories=_quantiles(single),
             model_relative_rmse=relative_of([c.model for c in self.comparisons]),
             plain_relative_rmse=relative_of(plain),
-            relative_noise_floor=self._noise_floor(index),
-            free_relative_rmse=self._free_error(index),
+            relative_noise_floor=self._noise_floor(index, reference),
+            free_relative_rmse=relative_of([c.free for c in self.comparisons]),
         )
 
-    def _noise_floor(self, index: int) -> float | None:
+    def _noise_floor(self, index: int, reference: FloatArray) -> float | None:
         """Return the RMS of the noise of records over the RMS of the output, where it is known."""
-        return None if self.noise is None else float(self.noise[index]) / self._size(index)
-
-    def _free_error(self, index: int) -> float | None:
-        """Return the relative error of free runs along records, where there are some."""
-        free = [c.free - c.reference for c in self.comparisons if c.free is not None]
-        return float(rms(np.concatenate(free))[index]) / self._size(index) if free else None
-
-    def _size(self, index: int) -> float:
-        """Return the RMS of an output about its mean."""
-        reference, _ = _joined(self.comparisons)
-        return float(size_about(reference, self.mean)[index])
+        size = size_about(reference, self.mean)
+        return None if self.noise is None else float(self.noise[index]) / float(size[index])
 
     def _excitations(self) -> Iterator[KindFigures]:
         for index, motion in enumerate(rules_of(self.recipe).motions(self.recipe)):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import TINY, relative_rmse, rms, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw, Stream, draw, first_that_runs, shortened
 from slide_fmu.importer.file import UnpackedFmu
@@ -226,9 +226,9 @@ def relative_error(error: FloatArray, truth: FloatArray) -> float:
 
     An output that does not move at all is left out. Both arguments have the shape (n, n_outputs).
     """
-    size = truth.std(axis=0)
-    moving = size > 0
-    return float(rms((rms(error)[moving] / size[moving])[:, None])[0]) if moving.any() else 0.0
+    size = size_about(truth)
+    moving = size > TINY
+    return float(rms(relative_rmse(error, size)[moving, None])[0]) if moving.any() else 0.0
 
 
 def _plain_seconds(fmu: UnpackedFmu, surrogate: Surrogate, drawn: Draw) -> float:

@@ -61,6 +61,13 @@ def test_relative_error_is_the_rms_over_outputs_that_move() -> None:
     assert relative_error(error[:, 1:2], truth[:, 1:2]) == 0.0
 
 
+def test_constant_output_is_left_out_although_its_mean_is_rounded() -> None:
+    moving = np.random.default_rng(0).normal(size=1000)
+    truth = np.stack([moving, np.full(1000, 0.1)], axis=1)  # of a deviation of 1e-17 in floats
+    error = np.full(truth.shape, 0.01)
+    assert relative_error(error, truth) == pytest.approx(0.01 / moving.std())
+
+
 FINEST = SolverSetting(
     model="reference", solver="DOP853", setting="rtol = 1e-06", relative_error=0.0, seconds=0.2
 )

@@ -18,7 +18,7 @@ import numpy as np
 from slide_fmu.apps.compare.baselines.base import Baseline, NetworkBaseline, SteppedBaseline
 from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
 from slide_fmu.apps.compare.model_figures import ModelFigures, ModelOutput
-from slide_fmu.core.measures import TINY, rms
+from slide_fmu.core.measures import relative_rmse, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import export_fmu
@@ -81,8 +81,7 @@ class UnseenTest:
 
     def _errors(self, runs: Sequence[tuple[FloatArray, FloatArray]]) -> list[float]:
         values, truth = (np.concatenate(parts) for parts in zip(*runs, strict=True))
-        deviation = np.maximum(truth.std(axis=0), TINY)
-        return [float(error) for error in rms(values - truth) / deviation]
+        return [float(error) for error in relative_rmse(values - truth, size_about(truth))]
 
 
 FIRST_STEPS, TIMED_STEPS, ROUNDS = 30, 300, 7

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +14,7 @@ from slide_fmu.apps.credentials import members
 from slide_fmu.apps.credentials.members import link, member
 from slide_fmu.apps.credentials.schema import CredentialError, parsed
 from slide_fmu.apps.credentials.tables import read_table, write_table
-from slide_fmu.core.measures import rms
+from slide_fmu.core.measures import relative_rmse, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.ssv import parameter_set, parameters_of
 from slide_fmu.fmu.description.fmi2 import document
@@ -59,8 +58,7 @@ class Experiment:
         for name, truth in self.reference.items():
             known = np.isfinite(truth)
             error = (self.results[name][-len(truth) :] - truth)[known, None]
-            scale = max(float(truth[known].std()), sys.float_info.min)
-            errors[name] = float(rms(error)[0] / scale)
+            errors[name] = float(relative_rmse(error, size_about(truth[known, None]))[0])
         return errors
 
 

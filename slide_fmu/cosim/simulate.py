@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.held_means import held_means
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.between import even_out, refine
 from slide_fmu.fmu.description.variables import (
@@ -81,7 +82,7 @@ def simulate(
         if _whole(np.diff(times) / files.step):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
-        outputs_at_own = run.held(own, _means(times, values, own))
+        outputs_at_own = run.held(own, held_means(times, values, own))
         return np.stack([np.interp(times, own, column) for column in outputs_at_own.T], axis=1)
 
 
@@ -200,13 +201,3 @@ def _checked(
 
 def _whole(steps: FloatArray) -> bool:
     return bool(np.all((np.rint(steps) >= 1) & (np.abs(steps - np.rint(steps)) <= WHOLE)))
-
-
-def _means(times: FloatArray, values: FloatArray, own: FloatArray) -> FloatArray:
-    """Return means, between successive own times, of values that hold from time to time."""
-    lengths = np.diff(times)[:, None]
-    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[:-1] * lengths, 0)])
-    ends = np.append(times, max(own[-1], times[-1]) + 1)
-    sums = np.append(sums, sums[-1:] + values[-1:] * (ends[-1] - times[-1]), axis=0)
-    at = np.stack([np.interp(own, ends, column) for column in sums.T], axis=1)
-    return np.asarray(np.diff(at, axis=0) / np.diff(own)[:, None])

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly
 
+from slide_fmu.core.held_means import held_means
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.records.clock import EVEN
 
@@ -105,7 +106,7 @@ def resampled(
     count = _count(time, plan)
     if between == "zero_order":
         at = time[0] + plan.step * np.arange(count + 1)
-        even = _means(time, values, at)
+        even = held_means(time, values, at)
     elif plan.down == 1:
         even = _interpolated(time, values, time[0] + plan.step * np.arange(count), between)
     else:
@@ -127,14 +128,3 @@ def _interpolated(
     if between == "smooth" and len(time) > 3:
         return np.asarray(CubicSpline(time, values)(at))
     return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
-
-
-def _means(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Compute the means of held values between times that follow each other, (n + 1,) to (n,)."""
-    end = max(at[-1], time[-1]) + 1.0  # the last value is held on
-    knots = np.append(time, end)
-    area = np.concatenate(
-        [np.zeros((1, values.shape[1])), np.cumsum(values * np.diff(knots)[:, None], axis=0)]
-    )
-    areas = np.stack([np.interp(at, knots, column) for column in area.T], axis=1)
-    return np.asarray(np.diff(areas, axis=0) / np.diff(at)[:, None])

@@ -21,12 +21,11 @@ from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
 from slide_fmu.fmu.description.variables import (
-    AT_STEP_END,
     ERROR_ESTIMATE,
-    HELD,
     IN_RANGE,
     OUTPUTS_IN_RANGE,
     TRUNCATION_ERROR,
+    known_inputs,
 )
 from slide_fmu.fmu.export import DESCRIPTION, SURROGATE, read_fmu, read_member
 from slide_fmu.fmu.libraries.platforms import FmiVersion, library_members
@@ -253,9 +252,9 @@ def _library_run(
         return []
     outputs = [v.name for v in fmu_variables(surrogate) if v.causality == "output"]
     columns = {one.name: row for one, row in zip(surrogate.inputs, inputs.T, strict=True)}
-    known = {HELD if surrogate.hold == "zero_order" else AT_STEP_END: 1.0}  # no forecast
     try:
         with unpacked(path) as fmu:
+            known = {known_inputs(fmu.references): 1.0}  # no forecast
             values = run_fmu(fmu, columns, outputs, known, surrogate.window.step).values
     except (CoSimulationError, FmuError, ValueError) as error:
         return [f"the native library failed: {error}"]

@@ -20,7 +20,9 @@ from slide_fmu.fmu.description.variables import (
     HELD,
     IN_DOMAIN,
     NOVELTY,
+    TRUST,
     TRUSTED,
+    known_inputs,
 )
 from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.importer.whole_run import run_fmu
@@ -159,18 +161,19 @@ def answers(
             f"a communication step of {step:g} s for a motion of "
             f"{motion.grid * (len(motion.truth) - 1):g} s; expected a shorter one"
         )
-    ahead = 1.0 if call == "known" and AT_STEP_END in fmu.references else 0.0
+    known_by = known_inputs(fmu.references)
+    ahead = 1.0 if call == "known" and known_by == AT_STEP_END else 0.0
     times = step * (np.arange(count, dtype=np.float64) + ahead)
     rows = motion.course(times)
     columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
     names = [signal.name for signal in outputs]
     bounds = [ERROR_BOUND.format(signal=name) for name in names]
     estimates = [ERROR_ESTIMATE.format(signal=name) for name in names]
-    wanted = (*names, *bounds, *estimates, TRUSTED, BOUND_FILLED, NOVELTY, IN_DOMAIN)
+    wanted = (*names, *bounds, *estimates, *TRUST)
     known = [name for name in wanted if name in fmu.references]
-    parameters, held = dict(motion.parameters), AT_STEP_END not in fmu.references
+    parameters, held = dict(motion.parameters), known_by == HELD
     if call == "known":
-        parameters[HELD if held else AT_STEP_END] = 1.0
+        parameters[known_by] = 1.0
     elif held and isinstance(motion.course, Stairs) and _same(step, motion.course.step, fmu.step):
         # at this step nobody can tell stairs from samples of a smooth signal: the user says so
         parameters[HELD] = 1.0

@@ -23,7 +23,7 @@ from slide_fmu.apps.couple.initialization import initialize
 from slide_fmu.apps.couple.loop import Loop
 from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
 from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
-from slide_fmu.apps.couple.remarks import FILLED, TRUSTED, remarks_on
+from slide_fmu.apps.couple.remarks import remarks_on
 from slide_fmu.apps.couple.result import CoupledFigures, CoupledRun
 from slide_fmu.apps.couple.structure import (
     CoupledSystem,
@@ -34,6 +34,7 @@ from slide_fmu.apps.couple.structure import (
 )
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.fmu.description.variables import BOUND_FILLED, TRUSTED
 from slide_fmu.importer.description import is_multiple, only_step
 
 
@@ -222,7 +223,7 @@ def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[
     judged = is_ours(system.descriptions[name]) and TRUSTED in system.names(
         name, "output", flags=True
     )
-    return list(dict.fromkeys([*recorded_here, *((TRUSTED, FILLED) if judged else ())]))
+    return list(dict.fromkeys([*recorded_here, *((TRUSTED, BOUND_FILLED) if judged else ())]))
 
 
 def _values(

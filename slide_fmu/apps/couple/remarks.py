@@ -12,17 +12,11 @@ from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
 from slide_fmu.apps.couple.structure import CoupledSystem, Pin, ValueTable, declared
 from slide_fmu.core.measures import percent
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.variables import AT_STEP_END
+from slide_fmu.fmu.description.variables import AT_STEP_END, BOUND_FILLED, TRUSTED
 from slide_fmu.importer.description import WHOLE
 
 BEYOND = 1e-3
 """Part of the range of an input by which it may be exceeded without a remark."""
-
-TRUSTED = "trusted"
-"""Flag of a surrogate with an error bound. It is false until ``FILLED`` is 1."""
-
-FILLED = "error_bound_filled"
-"""Part of the past that the surrogate needs to judge, and knows."""
 
 MISSED = 0.002
 """Part of its motion so far by which steps may miss an input without a remark. Results without one
@@ -210,18 +204,18 @@ def _on_flags(components: Sequence[Component], run: AcceptedSteps) -> Iterator[s
     names = [(one.name, variable) for one in components for variable in one.watched]
     values = dict(zip(names, run.watched.T, strict=True))
     for name in dict.fromkeys(name for name, variable in names if variable == TRUSTED):
-        trusted = values[name, TRUSTED][values[name, FILLED] >= 1]
+        trusted = values[name, TRUSTED][values[name, BOUND_FILLED] >= 1]
         share = float(np.mean(trusted == 0)) if len(trusted) else 0.0
         if not len(trusted):
             yield (
-                f"{name}.{FILLED} is {values[name, FILLED][-1]:.2g} at the end: the surrogate "
-                f"does not know enough of its past, so {name}.{TRUSTED} is false throughout; take "
-                f"a longer stop, or parameters {name}.prehistory_known = 1 and "
+                f"{name}.{BOUND_FILLED} is {values[name, BOUND_FILLED][-1]:.2g} at the end: the "
+                f"surrogate does not know enough of its past, so {name}.{TRUSTED} is false "
+                f"throughout; take a longer stop, or parameters {name}.prehistory_known = 1 and "
                 f"{name}.initial_INPUT where the machine rests before"
             )
         elif share > OFTEN:
             yield (
                 f"{name}.{TRUSTED} is false at {percent(share)} of the communication points at "
-                f"which {name}.{FILLED} is 1: results may be wrong there; record {name}.{TRUSTED} "
-                "to see where"
+                f"which {name}.{BOUND_FILLED} is 1: results may be wrong there; record "
+                f"{name}.{TRUSTED} to see where"
             )

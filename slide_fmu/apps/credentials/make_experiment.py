@@ -16,14 +16,7 @@ from slide_fmu.cosim.bound_check import bound_names
 from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
 from slide_fmu.excitation.kinds import moving_by_themselves
-from slide_fmu.fmu.description.variables import (
-    BOUND_FILLED,
-    HELD,
-    IN_DOMAIN,
-    NOVELTY,
-    TRUSTED,
-    WINDOW_FILLED,
-)
+from slide_fmu.fmu.description.variables import HELD, TRUST, WINDOW_FILLED
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import Case
@@ -66,7 +59,7 @@ def make_experiment(fmu: Path, surrogate: Surrogate, case: Case, seed: int) -> E
     outputs = [signal.name for signal in surrogate.outputs]
     names = [*outputs, WINDOW_FILLED]
     if surrogate.bound is not None:
-        names += [*bound_names(surrogate), NOVELTY, IN_DOMAIN, BOUND_FILLED, TRUSTED]
+        names += [*bound_names(surrogate), *TRUST]
     with unpacked(fmu) as files:
         run = run_fmu(files, inputs, names, parameters, surrogate.window.step)
     return Experiment(

@@ -7,17 +7,22 @@ from dataclasses import dataclass
 
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
-from slide_fmu.fmu.description.variables import AT_STEP_END, BY_KEY, CONFIDENCE, HELD
+from slide_fmu.fmu.description.variables import (
+    BY_KEY,
+    CONFIDENCE,
+    ESTIMATE_FILLED,
+    IN_RANGE,
+    TRUST,
+    WINDOW_FILLED,
+    known_inputs,
+)
 from slide_fmu.fmu.export import Provenance
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 
-FLAGS = (
-    *("WINDOW_FILLED", "ESTIMATE_FILLED", "IN_RANGE"),
-    *("IN_DOMAIN", "NOVELTY", "BOUND_FILLED", "TRUSTED"),
-)
-"""Kinds of variables that say how reliable the outputs are."""
+FLAGS = (WINDOW_FILLED, ESTIMATE_FILLED, IN_RANGE, *TRUST)
+"""Variables that say how reliable the outputs are."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,7 @@ class PageFacts:
     parameters: tuple[PageVariable, ...]
     flags: Mapping[str, int]
     confidence: PageConfidence | None
-    known: int | None
+    known: int
     usual: float | None
 
 
@@ -101,7 +106,6 @@ def page_facts(surrogate: Surrogate, provenance: Provenance | None = None) -> Pa
     described = FmuDescription.of(surrogate, provenance)
     one = described.surrogate
     references = {variable.name: variable.reference for variable in fmu_variables(surrogate)}
-    flags = [BY_KEY[key].name for key in FLAGS]
     return PageFacts(
         name=one.name,
         step=one.window.step,
@@ -112,9 +116,9 @@ def page_facts(surrogate: Surrogate, provenance: Provenance | None = None) -> Pa
         inputs=_variables(one.inputs, references),
         outputs=tuple(_output(signal, references) for signal in one.outputs),
         parameters=_variables([p.signal for p in one.physical_parameters], references),
-        flags={name: references[name] for name in flags if name in references},
+        flags={name: references[name] for name in FLAGS if name in references},
         confidence=_confidence(one, references),
-        known=references.get(AT_STEP_END, references.get(HELD)),
+        known=references[known_inputs(references)],
         usual=_usual_error(described),
     )
 

@@ -11,6 +11,7 @@ has another number of inputs. The number of a kind is never used again.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -36,6 +37,10 @@ BOUND_FILLED = "error_bound_filled"
 CONFIDENCE = "confidence"
 ERROR_TOLERANCE = "{signal}_error_tolerance"
 TRUSTED = "trusted"
+
+TRUST = (IN_DOMAIN, NOVELTY, BOUND_FILLED, TRUSTED)
+"""Variables by which an FMU with an error bound says how far its outputs can be relied on. The
+flag ``TRUSTED`` is false until ``BOUND_FILLED``, the part of the past that is known, is 1."""
 
 Per = Literal["one", "input", "output", "parameter"]
 When = Literal[
@@ -438,3 +443,12 @@ KINDS: tuple[VariableKind, ...] = (
 """All kinds in rising order of their numbers, which is their order in a model description."""
 
 BY_KEY = {kind.key: kind for kind in KINDS}
+
+
+def known_inputs(names: Collection[str]) -> str:
+    """Return the parameter that tells an FMU with these variables that its inputs are known.
+
+    With 1, nothing is forecast: inputs of first-order hold are set to what they reach by the end
+    of a step, those of zero-order hold are held over it.
+    """
+    return AT_STEP_END if AT_STEP_END in names else HELD

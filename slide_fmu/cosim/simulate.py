@@ -22,12 +22,10 @@ from slide_fmu.fmu.description.variables import (
     REFERENCES_PER_KIND,
 )
 from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
+from slide_fmu.importer.description import is_multiple
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.importer.whole_run import StepGrid, run_over
-
-WHOLE = 1e-6
-"""Allowed rounding of a step from a multiple of the FMU's step, in such steps."""
 
 
 def simulate(
@@ -79,7 +77,7 @@ def simulate(
             lines = meaning.straight
             kept = even_out(own, rows, meaning.cosines, files.step) if lines else rows
             return run.moving(own, rows, kept)[places]
-        if _whole(np.diff(times) / files.step):
+        if all(is_multiple(gap, files.step) for gap in np.diff(times).tolist()):
             return run.held(times, values)
         own = times[0] + files.step * np.arange(np.ceil((times[-1] - times[0]) / files.step) + 1)
         outputs_at_own = run.held(own, held_means(times, values, own))
@@ -197,7 +195,3 @@ def _checked(
             "rise"
         )
     return times, values
-
-
-def _whole(steps: FloatArray) -> bool:
-    return bool(np.all((np.rint(steps) >= 1) & (np.abs(steps - np.rint(steps)) <= WHOLE)))

@@ -10,7 +10,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
 from slide_fmu.importer.errors import CoSimulationError, LostError
-from slide_fmu.importer.logger_callbacks import SHOWN
+from slide_fmu.importer.logger_callbacks import last_texts
 
 
 class FailedCallError(CoSimulationError):
@@ -63,6 +63,6 @@ class GuardedCalls:
         """Return the error of a call with a status, which has what was logged."""
         self.lost = status == fmi2.fmi2Fatal
         what = str(FMICallException(name, status)).rstrip(".")
-        why = "; ".join(self.messages[-SHOWN:]) or "without a reason: run this FMU alone"
+        why = last_texts(self.messages) or "without a reason: run this FMU alone"
         kind = LostCallError if self.lost else FailedCallError
         return kind(self.label, f"{what}: {why}")

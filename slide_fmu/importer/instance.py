@@ -21,7 +21,7 @@ from slide_fmu.importer.calls import FailedCallError, GuardedCalls
 from slide_fmu.importer.description import experiment, is_fmi_3, start_time
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.logger_callbacks import SHOWN, callbacks_of_fmi2, logger
+from slide_fmu.importer.logger_callbacks import callbacks_of_fmi2, last_texts, logger
 from slide_fmu.importer.variables import InstanceVariables
 
 _CLASSES = {
@@ -94,7 +94,9 @@ class Instance:
                 else:
                     calls.instantiate(callbacks=callbacks_of_fmi2(self.messages))
         except Exception as error:  # fmpy raises bare Exception
-            reason = "; ".join([str(error).rstrip("."), *self.messages[-SHOWN:]])
+            reason = str(error).rstrip(".")
+            if self.messages:
+                reason = f"{reason}; {last_texts(self.messages)}"
             remedy = (
                 "it needs the tool that made it, which may tell more on the terminal: install "
                 "that tool, and its licence"
@@ -161,6 +163,25 @@ class Instance:
             self.calls, self.fmu.description, values, settable
         )
         return left
+
+    def initialize(
+        self,
+        values: Mapping[str, Any],
+        inputs: InstanceVariables,
+        first: Sequence[float],
+        start: float | None = None,
+        tolerance: float | None = None,
+    ) -> None:
+        """Initialize the instance under the first inputs; ``values`` and so on are of ``set_up``.
+
+        The inputs are set before initialization mode, where FMUs may use them as start values, and
+        in it.
+        """
+        self.set_up(values, start, tolerance)
+        inputs.set(first)
+        self.enter_initialization()
+        inputs.set(first)
+        self.exit_initialization()
 
     def exit_initialization(self) -> None:
         """Leave initialization mode; steps follow."""

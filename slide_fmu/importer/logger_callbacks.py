@@ -35,6 +35,11 @@ BITS = {"hh": 8, "h": 16, "": 32, "l": 64 if sys.platform != "win32" else 32}
 """Bits of whole numbers by their size in a conversion; 64 for all others."""
 
 
+def last_texts(texts: Sequence[str]) -> str:
+    """Join the last texts that an FMU logged; empty if it logged none."""
+    return "; ".join(texts[-SHOWN:])
+
+
 def logger(texts: list[str]) -> Callable[..., None]:
     """Make a callback of FMI 3.0 that keeps what the FMU logs as warning or worse."""
 

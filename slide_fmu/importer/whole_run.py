@@ -122,11 +122,7 @@ def run_over(
     seconds, step_seconds = np.empty(len(rows)), np.empty(len(rows))
     with instantiated(fmu) as instance:
         variables, recorded = instance.variables(names), instance.variables(outputs)
-        instance.set_up(parameters, grid.start)
-        variables.set(start)
-        instance.enter_initialization()
-        variables.set(start)
-        instance.exit_initialization()
+        instance.initialize(parameters, variables, start, grid.start)
         values = [recorded.get()]
         steps = zip(grid.begins.tolist(), grid.lengths.tolist(), rows.tolist(), again, strict=True)
         for k, (at, length, row, twice) in enumerate(steps):

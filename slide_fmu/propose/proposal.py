@@ -14,6 +14,8 @@ from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.core.search_path import make_importable
 from slide_fmu.core.signals import Hold, cosines_of, moves
 from slide_fmu.data.isolated_process import guarded
+from slide_fmu.importer.description import is_multiple
+from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.propose.draft_signals import (
     Ranges,
     draft_inputs,
@@ -36,7 +38,6 @@ from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation, further_excitation
 from slide_fmu.recipe.recipe import RecipeError
-from slide_fmu.recipe.tables import MOST_SUBSTEPS
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.declared import DeclaredModel, SignalTable
@@ -349,7 +350,7 @@ def _run_by_steps(
             count = SUBSTEPS * round(count / SUBSTEPS)
         origin = f"{seen.origin} It is {count} steps of {own:g} s, by which the FMU is run."
         return float(f"{count * own:.10g}"), origin, own
-    whole = math.isclose(max(1, round(step / own)) * own, step, rel_tol=1e-6)
+    whole = is_multiple(step, own)
     named = options.fmu_step is not None or (whole and declarations.kind in MOVING)
     return step, seen.origin, own if named else None
 

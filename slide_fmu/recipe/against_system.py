@@ -6,7 +6,6 @@ It also finds the features that the recipe's networks see.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import cast
 
 from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import moves
@@ -20,7 +19,7 @@ from slide_fmu.recipe.places import ordinal
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Bending, Source, Stepping, System, chain_of
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.user_code import imported
+from slide_fmu.systems.user_code import imported_function
 
 GEOMETRY = ("prismatic", "theta", "steps", "alpha", "tool")
 """Parts of a serial chain that are no masses."""
@@ -203,11 +202,5 @@ def load_picture(name: str) -> Callable[[System], bytes]:
     Raises:
         LoadError: the module cannot be imported, or has no such function.
     """
-    module, function = imported(f"picture {name!r}", name)
-    draw = getattr(module, function, None)
-    if not callable(draw):
-        raise LoadError(
-            f"picture {name!r}: {module.__name__!r} has no function {function!r}; expected one "
-            "that takes the system and gives the bytes of a PNG file: correct system.picture"
-        )
-    return cast(Callable[[System], bytes], draw)
+    expected = "takes the system and gives the bytes of a PNG file"
+    return imported_function(f"system.picture = {name!r}", name, expected)

@@ -14,14 +14,13 @@ from slide_fmu.core.signals import Signal
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.units import are_other
 from slide_fmu.excitation.loop import LoopRecipe
+from slide_fmu.importer.description import is_multiple
 from slide_fmu.systems.base import Source, Stepping
 from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import describe_model, load_system
 from slide_fmu.systems.specification import Specification
 
-WHOLE = 1e-6
-"""Rounding of the number of an FMU's own steps in a sample step."""
 KEPT = 32
 """Partners that a process keeps, so that models are not made for each motion."""
 
@@ -103,9 +102,9 @@ def _made(
         for name in declared.inputs
         if name in wanted or name in inputs
     }
-    own_steps = 0.0 if declared.held_step is None else step / declared.held_step
-    if own_steps > 0.5 and abs(own_steps - round(own_steps)) < WHOLE:
-        parameters["fmu-substeps"] = round(own_steps)  # it may take no other steps
+    own_step = declared.held_step
+    if own_step is not None and is_multiple(step, own_step):
+        parameters["fmu-substeps"] = round(step / own_step)  # it may take no other steps
     read = {given: SignalTable(range=(ends[1].low, ends[1].high))}
     own = declared.kind == "class"  # it declares its signals itself
     made = Specification(

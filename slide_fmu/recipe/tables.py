@@ -9,14 +9,12 @@ from pydantic import Field, model_validator
 from slide_fmu.core.window import Window
 from slide_fmu.excitation.base import PositiveRange
 from slide_fmu.excitation.kinds import Excitation
+from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 
 Part = Literal["train", "validation", "estimator", "estimator_validation", "test"]
 """Uses of a part of measured records, in the order of time."""
-
-MOST_SUBSTEPS = 16
-"""Largest number of parts of a sample step. Faster motions between samples cannot be learnt."""
 
 
 class WindowRecipe(Table):

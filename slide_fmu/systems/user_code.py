@@ -8,8 +8,10 @@ import os
 import sys
 import traceback
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any, cast
 
 from slide_fmu.core.extras import how_to_install
 from slide_fmu.core.file_kinds import file_of_another_kind
@@ -57,6 +59,25 @@ def imported(label: str, name: str) -> tuple[ModuleType, str]:
         ) from error
     except (Exception, SystemExit) as error:  # a user's module may raise anything, and end
         raise LoadError(f"{label}: {error_text(error)}; correct the model") from error
+
+
+def imported_function(label: str, name: str, expected: str) -> Callable[..., Any]:
+    """Import the function in ``"package.module:function"`` or ``"file.py:function"``.
+
+    ``expected`` says what it takes and returns.
+
+    Raises:
+        LoadError: the module cannot be imported, or has no such function; the message begins with
+            what names it.
+    """
+    module, function = imported(label, name)
+    value = getattr(module, function, None)
+    if not callable(value):
+        raise LoadError(
+            f"{label}: {module.__name__!r} has no function {function!r}; expected one that "
+            f"{expected}: correct the name"
+        )
+    return cast(Callable[..., Any], value)
 
 
 def _require_own(label: str, name: str) -> None:

@@ -155,3 +155,12 @@ def test_fmus_of_others_are_refused(tmp_path: Path) -> None:
                 target.writestr(name, source.read(name))
     with refused(slide.CoSimulationError, "other.fmu has no", "expected an FMU of"):
         slide.simulate(other, np.arange(2.0), np.zeros(2))
+
+
+def test_long_gap_that_is_a_multiple_but_for_rounding_is_one(tmp_path: Path) -> None:
+    """The FMU allows a rounding relative to the gap, so its own steps are not taken instead."""
+    fmu = exported(sum_surrogate(2), tmp_path)
+    u = np.array([1.0, 0.0, 0.0])
+    exact = slide.simulate(fmu, STEP * np.array([0.0, 2000.0, 2001.0]), u)
+    rounded = slide.simulate(fmu, STEP * np.array([0.0, 2000.0001, 2001.0001]), u)
+    np.testing.assert_array_equal(rounded, exact)

@@ -71,7 +71,7 @@ def test_picture_that_the_recipe_names_goes_into_the_run_folder(
 
 
 def test_picture_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with refused(LoadError, "has no function 'nothing'", "correct system.picture"):
+    with refused(LoadError, "system.picture = ", "has no function 'nothing'"):
         release.draw_mechanism(finished(tmp_path, f"{drawing.__name__}:nothing"))
 
 

@@ -25,7 +25,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from slide_fmu.systems.user_code import imported
+from slide_fmu.systems.user_code import imported_function
 
 OPERATIONS = {"+": 2, "-": 2, "*": 2, "/": 2, "sqrt": 1, "sin": 1, "cos": 1}
 """Operations of expressions, with their numbers of arguments; angles are in rad."""
@@ -34,7 +34,7 @@ Colour = Literal["body", "accent", "joint", "ground", "arm", "motor", "soft", "h
 
 
 class DrawingError(ValueError):
-    """A drawing cannot be found, or does not have the form that a page needs."""
+    """A drawing does not have the form that a page needs."""
 
 
 class Shape(BaseModel):
@@ -79,17 +79,11 @@ def load_drawing(name: str, signals: Collection[str]) -> Drawing:
         signals: names of inputs, outputs and parameters of the surrogate.
 
     Raises:
-        DrawingError: there is no such function, or the drawing is not usable; the message has the
-            reason.
-        LoadError: the module cannot be imported.
+        DrawingError: the drawing is not usable; the message has the reason.
+        LoadError: the module cannot be imported, or has no such function.
     """
-    module, function = imported(f"drawing {name!r}", name)
-    describe = getattr(module, function, None)
-    if not callable(describe):
-        raise DrawingError(
-            f"drawing {name!r}: {module.__name__!r} has no function {function!r}; expected one "
-            "that takes nothing and returns the description of a drawing: correct the name"
-        )
+    expected = "takes nothing and returns the description of a drawing"
+    describe = imported_function(f"drawing {name!r}", name, expected)
     return checked_drawing(describe(), signals, name)
 
 

@@ -21,7 +21,8 @@ MIXED_UNITS = "mixed"
 data tanh saturates, while the cube continues like a hardening spring."""
 
 MOST_SUBSTEPS = 16
-"""Largest number of sub-steps of a cell; protects against damaged files."""
+"""Largest number of sub-steps of a cell: parts of a sample step. Faster motions between samples
+cannot be learnt, and files with more are damaged."""
 
 CELL_ACTIVATIONS = ("tanh", "cubic", GATED, MIXED_UNITS)
 """Activations of a cell: odd functions, exact and fast in the C runtime."""

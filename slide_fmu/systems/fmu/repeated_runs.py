@@ -10,7 +10,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.calls import FailedCallError
-from slide_fmu.importer.logger_callbacks import SHOWN
+from slide_fmu.importer.logger_callbacks import last_texts
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.fmu.steps import FmuSteps
 from slide_fmu.systems.specification import values_text
@@ -155,7 +155,7 @@ class Runs:
         try:
             result = call()
         except FAILURES as error:
-            logged = "; ".join(self.steps.instance.messages[-SHOWN:])
+            logged = last_texts(self.steps.instance.messages)
             reason = f"{error}{': ' + logged if logged else ''}"
             if isinstance(error, FailedCallError):  # it has what was logged
                 reason = error.reason

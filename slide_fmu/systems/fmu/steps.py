@@ -77,13 +77,13 @@ class FmuSteps(abc.ABC):
 
     def initialize(self, held: FloatArray) -> None:
         """Initialize the instance under inputs that have always acted, (n_inputs,)."""
-        instance, first = self.instance, held.tolist()
-        instance.messages.clear()
-        instance.set_up(self.plan.parameters, tolerance=self.plan.file.options.tolerance)
-        self.inputs.set(first)
-        instance.enter_initialization()
-        self.inputs.set(first)
-        instance.exit_initialization()
+        self.instance.messages.clear()
+        self.instance.initialize(
+            self.plan.parameters,
+            self.inputs,
+            held.tolist(),
+            tolerance=self.plan.file.options.tolerance,
+        )
         self.begin(held)
 
     def time(self, number: int) -> float:

@@ -139,7 +139,7 @@ def test_drawing_that_is_not_usable_is_refused(change: dict[str, Any], said: str
 
 
 def test_drawing_that_is_not_there_is_refused() -> None:
-    with refused(DrawingError, "has no function 'car'"):
+    with refused(LoadError, "has no function 'car'"):
         load_drawing("mbs_models.pictures.page_drawings:car", [])
     with refused(LoadError, "no_such_module"):
         load_drawing("no_such_module:car", [])

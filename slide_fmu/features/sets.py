@@ -16,6 +16,8 @@ and ``.c``.
                            kind 0 other, 1 angle, 2 cosine with 3 sine behind it; an angle is
                            middle + half_range * input in rad
 
+Sets 2 and 3 were former layouts of sets 5 and 4, and are refused; 6 is the next number.
+
 The law has the weights of the newest and the oldest set point in the position, and of the newest
 in rate and acceleration; the others follow (``drive_law.py``).
 

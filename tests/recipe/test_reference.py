@@ -125,7 +125,7 @@ MISSPELT = {
     ),
     "a kind": (
         '[[data.excitation]]\nkind = "multisin"\nweight = 1\n',
-        "'file'; did you mean 'multisine'?",
+        "; did you mean 'multisine'?",
     ),
     "a hold": (
         '[system.inputs.speed]\nhold = "linear"\n',

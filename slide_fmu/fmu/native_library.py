@@ -18,6 +18,7 @@ from typing import Any, final
 import numpy as np
 
 from slide_fmu.fmu.libraries.build import BINARIES, PYTHON_LIBRARIES
+from slide_fmu.fmu.libraries.platforms import COMMAND, require_new_libraries
 
 MESSAGE = 400
 """Length of the buffer for an error message, in bytes."""
@@ -152,12 +153,12 @@ def load_library() -> ctypes.CDLL:
 
     Raises:
         NativeError: the library is missing.
+        OldLibrariesError: it was compiled from other sources.
     """
     path = library_path()
     if not path.is_file():
-        raise NativeError(
-            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
-        )
+        raise NativeError(f"the compiled runtime {path} is missing; run: {COMMAND}")
+    require_new_libraries()
     library = ctypes.CDLL(str(path))
     handle, text, size = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t
     signatures: dict[str, list[Any]] = {

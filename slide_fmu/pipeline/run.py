@@ -12,6 +12,7 @@ from slide_fmu.cosim.check import wide_differences
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve
 from slide_fmu.fmu.export import Provenance, export_fmu
+from slide_fmu.fmu.libraries.platforms import require_new_libraries
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
@@ -87,10 +88,12 @@ def run_recipe(
     Raises:
         LoadError, RecipeError: the recipe's systems or networks cannot be made.
         ShortWindowError: the window is too short for the system.
+        OldLibrariesError: the compiled runtime is older than its sources.
         StageError: the FMU would be written over its own reference.
         TrainingError: a training diverged.
         UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
     """
+    require_new_libraries()  # before hours of training, after which the FMU would hold them
     require_another(job.folder.fmu(job.recipe), job.recipe)
     job, place = checked(job), Workplace(workers)
     sizing = check_window(job)  # before anything is made

@@ -9,9 +9,18 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
 from typing import Literal
 
-from slide_fmu.fmu.libraries.build import BINARIES, TARGETS
+from slide_fmu.fmu.libraries.build import BINARIES, RUNTIME, STAMP, TARGETS, BuildError, digest
+
+COMMAND = "python -m slide_fmu.fmu.libraries.build"
+"""It compiles the libraries."""
+
+CLONE = Path(__file__).parents[3]
+"""Folder of the repository, where the package is used from a clone."""
 
 FmiVersion = Literal[2, 3]
 """Major version of the standard."""
@@ -36,6 +45,10 @@ MACH_O_64 = b"\xcf\xfa\xed\xfe"
 
 ALIGNMENT = 14
 """Parts begin at a multiple of 2 to this power: the page size of arm64."""
+
+
+class OldLibrariesError(RuntimeError):
+    """The compiled libraries were built from other sources than the present ones."""
 
 
 def library_members(name: str, fmi: FmiVersion) -> dict[str, tuple[str, ...]]:
@@ -64,13 +77,39 @@ def compiled(source: str) -> bytes:
 
     Raises:
         FileNotFoundError: the runtime has not been compiled.
+        OldLibrariesError: it was compiled from other sources.
     """
     path = BINARIES / source
     if not path.is_file():
-        raise FileNotFoundError(
-            f"the compiled runtime {path} is missing; run: python -m slide_fmu.fmu.libraries.build"
-        )
+        raise FileNotFoundError(f"the compiled runtime {path} is missing; run: {COMMAND}")
+    require_new_libraries()
     return path.read_bytes()
+
+
+def require_new_libraries() -> None:
+    """Refuse libraries that are older than the sources; missing ones are not told here.
+
+    Only a clone has sources that change: an installed package holds the libraries of its own, and
+    maybe other headers than those that they were compiled with.
+
+    Raises:
+        OldLibrariesError: the message has the command that builds them.
+    """
+    stamp = BINARIES / STAMP
+    if not (CLONE / "pyproject.toml").is_file() or not stamp.is_file():
+        return
+    with suppress(BuildError):  # headers of the standards are missing: nobody knows
+        if stamp.read_text() != _digest():
+            raise OldLibrariesError(
+                f"the compiled runtime in {BINARIES} is older than its sources in {RUNTIME}; "
+                f"expected one of these sources; run: {COMMAND}"
+            )
+
+
+@cache
+def _digest() -> str:
+    """Return the digest of the sources, which no process changes that uses the libraries."""
+    return digest()
 
 
 def universal_library(libraries: Sequence[bytes]) -> bytes:

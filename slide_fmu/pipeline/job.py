@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.result_cache import ResultFile
@@ -38,8 +39,11 @@ from slide_fmu.validation.validate import origin_of_data
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
 
-DECISIVE_FOR_LENGTHS = {"system", "window", "data", "estimator", "parameters"}
-"""Tables of a recipe on which its lengths depend."""
+DECISIVE_FOR_LENGTHS: dict[str, Any] = {
+    **dict.fromkeys(("system", "window", "data", "estimator", "parameters"), True),
+    "bound": {"estimate_span": True, "expert": {"short_span", "long_span"}},
+}
+"""Tables and keys of a recipe on which its lengths depend."""
 
 Tell = Callable[[str], None]
 """A function that shows a sentence to people."""
@@ -181,7 +185,7 @@ def resolved_lengths(
     recipe, source = case.recipe, case.source
     tables = recipe.model_dump(mode="json", include=DECISIVE_FOR_LENGTHS)
     model = model_key(cache, identity(source, recipe))
-    file = ResultFile.of(cache, "resolved", tables, open_keys, model)
+    file = ResultFile.of(cache, "resolved", tables, recipe.total_count, open_keys, model)
     known = file.read_json(FoundValues)
     if known is not None:
         return known, None

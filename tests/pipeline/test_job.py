@@ -110,6 +110,18 @@ def test_lengths_are_found_again_for_another_recipe_or_model(
     assert len(searches) == 3
 
 
+def test_lengths_are_found_again_where_a_bound_needs_longer_trajectories(tmp_path: Path) -> None:
+    text = OPEN.replace(LINEAR_NETWORK, "[network]\norder = 1\nhidden = 0\n")
+    text = text.partition("[training]")[0]
+    tables = "", "[bound]\n", "[bound]\nestimate_span = 99.0\n"
+    jobs = [opened(tmp_path, f"{text}\n{bound}") for bound in tables]
+    plain, bounded, with_estimate = (job.recipe.data.duration for job in jobs)
+    assert plain <= bounded < with_estimate
+    assert len(kept_lengths(jobs[0])) == 3
+    opened(tmp_path, f"{text}\n[bound.expert]\nsteps = 9\n")
+    assert len(kept_lengths(jobs[0])) == 3  # the training of a bound changes nothing about them
+
+
 def test_recipe_that_leaves_nothing_open_has_no_file(tmp_path: Path) -> None:
     job = opened(tmp_path, TINY)
     assert job.resolved == {}

@@ -167,6 +167,8 @@ class ResultFile:
             return None
         with damage_named(self.path, "the JSON text that was written", self.remedy):
             values = json.loads(content.decode("utf-8"))
+            if not (isinstance(values, dict) and {RESULT, HASH} <= values.keys()):
+                raise ValueError("this version of slide-fmu has not written it")
             if values[HASH] != _hash(values[RESULT]):
                 raise ValueError("it does not have the hash with which it was written")
             return read_figures(kind, values[RESULT])

@@ -110,6 +110,14 @@ def test_result_of_another_kind_is_damaged(tmp_path: Path) -> None:
         file.read_json(Figures)
 
 
+@pytest.mark.parametrize("content", ['{"versions": {}, "sha256": "0"}', "[]", "3"])
+def test_file_of_another_version_is_told_from_a_damaged_one(tmp_path: Path, content: str) -> None:
+    file = ResultFile(tmp_path / "x.json", "train again")
+    file.path.write_text(content)
+    with refused(DamagedFileError, "this version of slide-fmu has not written it", "train again"):
+        file.read_json(Figures)
+
+
 def test_file_that_cannot_be_read_is_not_called_damaged(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
         ResultFile(tmp_path).read()

@@ -59,8 +59,9 @@ SlideNative *slide_native_open(const unsigned char *data, size_t size, size_t ke
     bool good = native != NULL && slide_payload_read(&payload, data, size, &why);
     if (good && payload.predictor.family == &slide_state_space_family) {
         good = slide_records_know(payload.predictor.features.set) ||
-               slide_say(&why, "features of set %u along records of cells; expected a set that "
-                               "record_signals.c forms",
+               slide_say(&why, "its features are of set %u, which is not evaluated along "
+                               "records; expected another set: use Surrogate.predict, which "
+                               "evaluates it with numpy, or run its FMU",
                          (unsigned)payload.predictor.features.set->number);
     }
     if (good && slide_kernel(kernel) == NULL) {

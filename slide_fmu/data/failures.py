@@ -122,7 +122,9 @@ def too_many_failures(trajectories: Trajectories) -> str | None:
     count, allowed = len(counted), allowed_failures(recipe)
     if count <= allowed:
         return None
-    first, *_ = _read({counted[0]: files[counted[0]]})
+    first = next(iter(_read({name: files[name] for name in counted})), None)
+    if first is None:  # another program has begun anew, and removed them all
+        return None
     learnt = {**recipe.tables_of_kinds(), "validation": ()}
     tables = ", ".join(f"{table}.excitation" for table, kinds in learnt.items() if kinds)
     tables += ", loop" if recipe.loop else ""

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.result_cache import DamagedFileError
-from slide_fmu.data import trajectories
+from slide_fmu.data import failures, trajectories
 from slide_fmu.data.draws import draw, split_stream
 from slide_fmu.data.failures import (
     Failure,
@@ -22,6 +22,7 @@ from slide_fmu.data.failures import (
 from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import identity
 from slide_fmu.data.pool import process_pool
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.pipeline.case_checks import check_case
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -162,6 +163,15 @@ def test_too_many_failures_end_the_generation_with_the_reason(tmp_path: Path) ->
 
 
 @pytest.mark.extended
+def test_failures_that_another_program_removes_meanwhile_do_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = case_of(failing(0.0))
+    gone = {f"train_{index}_0": tmp_path / f"{index}.json" for index in range(9)}
+    monkeypatch.setattr(failures, "_files", lambda _: gone)
+    assert failures.too_many_failures(Trajectories(tmp_path, case, "model")) is None
+
+
 def test_a_corrected_model_is_simulated_again_where_the_former_one_failed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -63,14 +63,19 @@ change that keeps all results, such as another name or a faster loop, leaves it:
 hours of work. ``tests/fitting/test_training_version.py`` fails where it must be raised."""
 
 
-def checkpoint_key(*decides: object) -> str:
+def checkpoint_key(*decides: object, threads: int | None = None) -> str:
     """Return the key of the result of a training, from what decides it (``key_of``).
 
     Added here is what all trainings depend on: their code, torch, and the number of threads, since
     sums in another order have other last bits. The kind of processor is no part of it, although
     it may change last bits too: a run folder that moves to another machine keeps its trainings.
+
+    Args:
+        decides: what decides the result of this training.
+        threads: the number of threads; if None, that of torch now.
     """
-    return key_of(TRAINING_VERSION, torch.__version__, torch.get_num_threads(), decides)
+    threads = torch.get_num_threads() if threads is None else threads
+    return key_of(TRAINING_VERSION, torch.__version__, threads, decides)
 
 
 WRITE_EVERY = 1.0

@@ -23,7 +23,7 @@ from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.ladder import Ladder, pays
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.run_folder import RunFolder
-from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, nested
+from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, Tables, nested
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -176,7 +176,7 @@ def _needs_cost(open_keys: Collection[str]) -> bool:
 
 def kept_cost(case: Case, folder: RunFolder) -> float | None:
     """Return the time in s that a trajectory of a recipe takes, if it was measured."""
-    return _file(case, folder, COST).read_json(float) if _any_kept(folder, COST) else None
+    return _cost_file(case, folder).read_json(float) if _any_kept(folder, COST) else None
 
 
 def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
@@ -191,14 +191,14 @@ def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
     progress(0, 1)
     seconds, _, _ = guarded_case(case, simulation_time)
     cost = seconds * (case.recipe.data.duration + case.recipe.data.burn_in)
-    _file(case, folder, COST).write_json(cost)
+    _cost_file(case, folder).write_json(cost)
     progress(1, 1)
     return cost
 
 
 def kept_curve(case: Case, folder: RunFolder) -> Curve:
     """Return the learning curve of a recipe and its model, as far as it was found."""
-    known = _file(case, folder, CURVE).read_json(Curve) if _any_kept(folder, CURVE) else None
+    known = _curve_file(case, folder).read_json(Curve) if _any_kept(folder, CURVE) else None
     return Curve() if known is None else known
 
 
@@ -207,8 +207,29 @@ def _any_kept(folder: RunFolder, name: str) -> bool:
     return any(folder.cache.glob(f"{name}-*.json"))
 
 
-def _file(case: Case, folder: RunFolder, name: str) -> ResultFile:
-    """Return the file of a result that numbers of trajectories and seeds do not decide."""
+THREADS = 1
+"""A curve is found with this number of threads, so that every machine sums in the same order, with
+the same result."""
+
+
+def _curve_file(case: Case, folder: RunFolder) -> ResultFile:
+    """Return the file of the curve, whose key is that of a training, since its errors are learnt.
+
+    The key has the number of threads of the curve, whatever that of torch is when it is read.
+    """
+    from slide_fmu.fitting.checkpoint import checkpoint_key  # this takes the time to import torch
+
+    key = checkpoint_key(*_decisive(case, folder), threads=THREADS)
+    return ResultFile(folder.cache / f"{CURVE}-{key}.json")
+
+
+def _cost_file(case: Case, folder: RunFolder) -> ResultFile:
+    """Return the file of the time of a trajectory, in s."""
+    return ResultFile.of(folder.cache, COST, *_decisive(case, folder))
+
+
+def _decisive(case: Case, folder: RunFolder) -> tuple[Tables, Tables, str]:
+    """Return what decides curve and cost: no numbers of trajectories, and no seeds."""
     recipe = case.recipe
     data = recipe.data.model_dump(mode="json", exclude={*SPLITS, "seed"})
     tables = recipe.model_dump(
@@ -217,23 +238,19 @@ def _file(case: Case, folder: RunFolder, name: str) -> ResultFile:
     del tables["training"]["seed"]
     of_seed_0 = recipe.model_copy(update={"data": recipe.data.model_copy(update={"seed": 0})})
     model = model_key(folder.cache, identity(case.source, of_seed_0))
-    return ResultFile.of(folder.cache, name, tables, data, model)
+    return tables, data, model
 
 
 def _whole_curve(case: Case, folder: RunFolder, staged: _CurveData) -> Curve:
-    """Go on with the curve that the folder keeps, until it has ended, and return it.
-
-    It is found with one thread, so that every machine sums in the same order, with the same
-    result.
-    """
+    """Go on with the curve that the folder keeps, until it has ended, and return it."""
     import torch
 
     from slide_fmu.fitting.learning_curve import LearningCurve
 
-    curve, file = kept_curve(case, folder), _file(case, folder, CURVE)
+    curve, file = kept_curve(case, folder), _curve_file(case, folder)
     if curve.ended is not None:
         return curve
-    torch.set_num_threads(1)
+    torch.set_num_threads(THREADS)
     known = {point.trajectories: point.seconds for point in curve.points}
     learning = LearningCurve(case, folder.trajectories, folder.checkpoints)
     points: dict[int, CurvePoint] = {}

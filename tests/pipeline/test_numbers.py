@@ -9,19 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import torch
 
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.result_cache import DamagedFileError
 from slide_fmu.data import pool
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.excitation.loop import LoopRecipe
-from slide_fmu.fitting import learning_curve
+from slide_fmu.fitting import checkpoint, learning_curve
 from slide_fmu.fitting.history import Curve, CurvePoint
 from slide_fmu.fitting.problem import Physical, Problem
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.pipeline import numbers
 from slide_fmu.pipeline.job import Job, open_job, provenance
-from slide_fmu.pipeline.numbers import _file, known_numbers
+from slide_fmu.pipeline.numbers import _curve_file, known_numbers
 from slide_fmu.pipeline.run_folder import TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
 from slide_fmu.recipe.recipe import RecipeError
@@ -164,10 +165,21 @@ def test_curve_of_other_loops_is_another_one(tmp_path: Path) -> None:
     loop = LoopRecipe(output="position", input="force", weight=0.5, mass=(1.0, 2.0))
     job = opened(tmp_path, OPEN)
     case, curve = job.case, Curve((CurvePoint(2, 0.1, 0.2, 1.0),))
-    _file(case, job.folder, "learning_curve").write_json(curve)
+    _curve_file(case, job.folder).write_json(curve)
     assert numbers.kept_curve(case, job.folder) == curve
     looped = case.with_recipe(case.recipe.model_copy(update={"loop": (loop,)}))
     assert numbers.kept_curve(looped, job.folder) == Curve()
+
+
+def test_curve_belongs_to_the_version_of_trainings_but_not_to_the_threads_of_its_reader(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, curve = opened(tmp_path), Curve((CurvePoint(2, 0.1, 0.2, 1.0),))
+    _curve_file(job.case, job.folder).write_json(curve)
+    monkeypatch.setattr(torch, "get_num_threads", lambda: 99)
+    assert curve_of(job) == curve
+    monkeypatch.setattr(checkpoint, "TRAINING_VERSION", checkpoint.TRAINING_VERSION + 1)
+    assert curve_of(job) == Curve()
 
 
 class Killed(Exception):
@@ -274,7 +286,7 @@ def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
 
 def test_damaged_file_of_a_curve_is_named(tmp_path: Path) -> None:
     job = opened(tmp_path)
-    file = _file(job.case, job.folder, "learning_curve")
+    file = _curve_file(job.case, job.folder)
     file.write_json(Curve())
     file.path.write_text('{"recipe": {', encoding="utf-8")
     with refused(DamagedFileError, f"{file.path.name} is damaged", "remove it"):

@@ -16,6 +16,8 @@ from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
+from slide_fmu.network.state_space.bytes import NUMBERS
+from slide_fmu.network.state_space.cell import CELL_ACTIVATIONS
 from tests.fmu.plain import plain_features
 from tests.fmu.samples import Shape, random_surrogate
 from tests.refusals import refused
@@ -107,6 +109,11 @@ def test_activation_slope_is_the_derivative_that_torch_finds(
 def test_activations_keep_their_numbers() -> None:
     """The payload stores their order."""
     assert list(ACTIVATIONS) == ["identity", "relu", "elu", "tanh", "gelu", "cubic"]
+
+
+def test_numbers_of_hidden_units_of_cells_are_those_of_the_c_runtime() -> None:
+    assert NUMBERS == {"tanh": 3, "cubic": 5, "gated": 6, "mixed": 7}
+    assert tuple(NUMBERS) == CELL_ACTIVATIONS
 
 
 def layer(n_in: int, n_out: int) -> Layer:

@@ -14,9 +14,7 @@ from slide_fmu.core.byte_reader import Reader, indices_bytes
 from slide_fmu.core.parameter_basis import MOST_TERMS, ParameterBasis
 from slide_fmu.core.parameters import Parameter
 from slide_fmu.features.sets import decode_features, encode_features
-from slide_fmu.network.activations import ACTIVATIONS
 from slide_fmu.network.state_space.cell import (
-    CELL_ACTIVATIONS,
     GATED,
     MIXED_UNITS,
     MOST_SUBSTEPS,
@@ -27,8 +25,12 @@ from slide_fmu.network.state_space.cell import (
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
 
-HIDDEN_UNITS = (*ACTIVATIONS, GATED, MIXED_UNITS)
-"""Kinds of hidden units; their order is their number in files."""
+NUMBERS = {"tanh": 3, "cubic": 5, GATED: 6, MIXED_UNITS: 7}
+"""The number of each kind of hidden units in files, as in ``SlideUnits`` of the C runtime
+(``kernel/kernel.h``): a new kind takes one that no kind ever had."""
+
+HIDDEN_UNITS = {number: name for name, number in NUMBERS.items()}
+"""The kind of hidden units of each number in files."""
 
 SUBSTEP = 256
 """Added to the number of the hidden units' kind for each sub-step after the first."""
@@ -59,9 +61,8 @@ def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
     n_samples, n_out, n, units, values = (section.u32() for _ in range(5))
     kind, turned = section.u32(), section.u32()
     number, substeps = kind % SUBSTEP, kind // SUBSTEP + 1
-    if number >= len(HIDDEN_UNITS) or HIDDEN_UNITS[number] not in CELL_ACTIVATIONS:
-        expected = [HIDDEN_UNITS.index(name) for name in CELL_ACTIVATIONS]
-        raise ValueError(f"units {number} of a cell; expected one of {expected}")
+    if number not in HIDDEN_UNITS:
+        raise ValueError(f"units {number} of a cell; expected one of {list(HIDDEN_UNITS)}")
     if substeps > MOST_SUBSTEPS:
         raise ValueError(f"{substeps} sub-steps of a cell; expected 1 to {MOST_SUBSTEPS}")
     roles = Roles(*(section.indices() for _ in fields(Roles)))
@@ -73,7 +74,7 @@ def decode_state_space(section: Reader, n_inputs: int) -> StateSpace:
 
 def _kind_of(cell: Cell) -> int:
     """Return the number that encodes the kind of the hidden units and the number of sub-steps."""
-    return HIDDEN_UNITS.index(cell.activation) + SUBSTEP * (cell.substeps - 1)
+    return NUMBERS[cell.activation] + SUBSTEP * (cell.substeps - 1)
 
 
 def _written(network: StateSpace) -> Cell:

@@ -1,6 +1,6 @@
 """These are the bytes of a state-space network; the contract is in ``slide_fmu/network/bytes.py``.
 
-The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_reading.c``.
+The second reader is the C runtime, ``slide_fmu/fmu/runtime/network/cell_layout.c``.
 """
 
 from __future__ import annotations

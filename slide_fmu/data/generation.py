@@ -235,7 +235,7 @@ def make_trajectories(trajectories: Trajectories, wanted: Sequence[tuple[str, in
     """Make the trajectories that are wanted, by split and index, unless they are there."""
     made = 0
     for split, index in wanted:
-        if not trajectories.holds(split, index):  # as it may be by now
+        if not trajectories.is_whole(split, index):  # as it may be by now
             _make(trajectories, split, index)
             made += 1
     return Tally(made, len(wanted) - made)

@@ -109,20 +109,27 @@ class Trajectories:
         name = f"{index:06d}-{self.key(split, index)}.npz"
         return ResultFile(self.folder / split / name, AGAIN)
 
-    def holds(self, split: str, index: int) -> bool:
-        """Tell whether a trajectory is there, and whole."""
+    def is_whole(self, split: str, index: int) -> bool:
+        """Tell whether a trajectory is there and undamaged.
+
+        Its file is read whole, and its hash checked.
+        """
         try:
             return self.file(split, index).read() is not None
         except DamagedFileError:
             return False
 
     def missing(self) -> list[tuple[str, int]]:
-        """List split and index of the recipe's trajectories that are not there, or damaged."""
+        """List split and index of the recipe's trajectories that are not there, or damaged.
+
+        All their files are read whole. Of more than ``MOST_READ`` trajectories none is read: a
+        damaged one then counts as there.
+        """
         recipe = self.case.recipe
         wanted = [(split, index) for split in SPLITS for index in range(recipe.count(split))]
         if len(wanted) > MOST_READ:
             return [one for one in wanted if not self.file(*one).path.exists()]
-        return [one for one in wanted if not self.holds(*one)]
+        return [one for one in wanted if not self.is_whole(*one)]
 
     def require(self) -> None:
         """Refuse a folder that lacks trajectories of the recipe.

@@ -21,9 +21,9 @@ from slide_fmu.report.limits import START_VALUES
 from slide_fmu.report.prose import capitalised
 from slide_fmu.report.row_tables import (
     WORDS,
+    card_table,
     explanations,
     failures,
-    kind_table,
     output_table,
     row_table,
 )
@@ -135,7 +135,7 @@ def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> l
         if charts
         else []
     )
-    table = kind_table(rows, short=False)
+    table = card_table(rows, short=False)
     text = f"{capitalised(table.title)}. {explanations(rows, hold)}"
     return [*pictures, ReportSection("Where it is valid", text, table, maps=maps)]
 

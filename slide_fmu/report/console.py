@@ -18,7 +18,7 @@ from slide_fmu.fitting.history import Curve, SizeTrial
 from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.learning_tables import curve_table, size_table
-from slide_fmu.report.row_tables import kind_table
+from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.table import ENDLESS, ReportTable
 from slide_fmu.report.verdict import verdict
 from slide_fmu.surrogate.description import LABEL, SIGNAL_COLUMNS
@@ -73,7 +73,7 @@ def print_table(table: ReportTable, console: Console) -> None:
 def print_rows(rows: Sequence[Row], console: Console) -> None:
     """Print a row for each kind of input that was measured, and the verdict on them."""
     if rows:
-        print_table(kind_table(rows), console)
+        print_table(card_table(rows), console)
         for sentence in verdict(rows):
             console.print(sentence)
 

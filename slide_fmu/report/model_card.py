@@ -9,7 +9,7 @@ from slide_fmu.report.error_tables import noise_sentences
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.limits import useless_beyond
 from slide_fmu.report.prose import plain, rendered
-from slide_fmu.report.row_tables import explanations, kind_table
+from slide_fmu.report.row_tables import card_table, explanations
 from slide_fmu.report.speed import timing_text
 from slide_fmu.report.table import ReportTable
 
@@ -33,7 +33,7 @@ def model_card(
         description=described.origin.description,
         measured=measured,
         verdict=described.verdict,
-        table=_plain_table(kind_table(measured.rows)),
+        table=_plain_table(card_table(measured.rows)),
         words=explanations(measured.rows, described.surrogate.hold),
         timing=timing_text(measured.in_range.timing),
         useless=useless_beyond(measured),

@@ -111,10 +111,12 @@ def judgement_on(row: Row) -> str:
     return f"valid, but {FAR}" if row.far_off else "valid"
 
 
-def kind_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
-    """Return a row for each kind of input: the plain call at h, and at a shorter step.
+def card_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
+    """Return the table of the model card: a row for each kind of input, at h and a shorter step.
 
-    Where the plain call was not measured, it is that of known inputs.
+    ``info`` and ``validate`` print it, and the report shows it with all kinds beyond the range.
+    The call is the plain one.
+    Where it was not measured, it is that of known inputs.
 
     Args:
         rows: all rows.

@@ -17,7 +17,7 @@ from slide_fmu.pipeline.apps import app_problems, with_origins
 from slide_fmu.pipeline.card_check import card_problems
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
-from slide_fmu.report.row_tables import kind_table
+from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.table import markdown
 from tests.marks import needs_app
@@ -73,7 +73,7 @@ def test_rebuild_writes_the_card_from_the_figures(folder: Path) -> None:
     card = (folder / "README.md").read_text(encoding="utf-8")
     measured = released_figures(provenance)
     assert measured is not None
-    assert markdown(kind_table(measured.rows)) in card
+    assert markdown(card_table(measured.rows)) in card
     assert card_problems(fmu, *read_fmu(fmu)) == []
 
 

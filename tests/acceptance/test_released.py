@@ -16,7 +16,7 @@ from slide_fmu.pipeline.measurement import released_case, validate_fmu_file
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import load_recipe
-from slide_fmu.report.row_tables import kind_table
+from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.table import markdown
 from slide_fmu.validation.task import Task
@@ -115,7 +115,7 @@ def test_model_card_shows_what_the_released_fmu_carries(name: str) -> None:
     measured = released_figures(provenance)
     assert measured is not None
     card = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
-    assert markdown(kind_table(measured.rows)) in card
+    assert markdown(card_table(measured.rows)) in card
 
 
 @pytest.mark.parametrize("name", RELEASED)

@@ -132,7 +132,7 @@ def test_recipe_of_other_values_has_other_trajectories_and_the_former_ones_stay(
     other = of(recipe(**changes), made.folder)
     assert ("train", 0) in other.missing()
     other.write("train", 0, trajectory(7), kind=0)
-    assert other.holds("train", 0)
+    assert other.is_whole("train", 0)
     assert np.array_equal(made.read("train", 1).outputs[0], trajectory(0).outputs)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from slide_fmu.report.accuracy_sections import all_rows, main_sections
-from slide_fmu.report.row_tables import failures, kind_table, output_table, row_table
+from slide_fmu.report.row_tables import card_table, failures, output_table, row_table
 from slide_fmu.report.step_chart import step_charts
 from slide_fmu.validation.row import SMOOTH
 from slide_fmu.validation.task import BEYOND
@@ -13,7 +13,7 @@ from tests.report.made_rows import MEASURED, row, unfilled, without_bound
 
 
 def test_a_kind_has_one_row_with_both_steps() -> None:
-    table = kind_table(MEASURED)
+    table = card_table(MEASURED)
     shares = ("covered", "trusted", "silent")
     heading = ("inputs", "motions", "h: error", *shares, "h/4: error", *shares, "verdict")
     assert table.heading == heading
@@ -28,7 +28,7 @@ def test_a_kind_has_one_row_with_both_steps() -> None:
 
 
 def test_a_bound_that_never_counts_says_so_in_the_place_of_its_shares() -> None:
-    (line,) = kind_table([unfilled()]).rows
+    (line,) = card_table([unfilled()]).rows
     assert line == ("in range", "12", "1 %", "bound not filled")
     (line,) = row_table([unfilled()]).rows
     assert "bound not filled" in line
@@ -43,7 +43,7 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
         without_bound(inputs="e", harmful=0.03),
         row("f", error=0.06),
     ]
-    assert [line[-1] for line in kind_table(rows).rows] == [
+    assert [line[-1] for line in card_table(rows).rows] == [
         "valid",
         "not valid, and the FMU says so",
         *["not valid, not always reported"] * 2,
@@ -54,7 +54,7 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
 
 def test_a_kind_that_is_valid_at_one_step_alone_is_judged_at_both() -> None:
     rows = [row("a"), row("a", harmful=0.03, silent=0.02, steps=4.0), row("b"), row("b", steps=4)]
-    assert [line[-1] for line in kind_table(rows).rows] == [
+    assert [line[-1] for line in card_table(rows).rows] == [
         "h: valid; h/4: not valid, not always reported",
         "valid",
     ]
@@ -62,13 +62,13 @@ def test_a_kind_that_is_valid_at_one_step_alone_is_judged_at_both() -> None:
 
 def test_kinds_beyond_the_range_have_one_row_on_a_card_and_all_in_a_report() -> None:
     rows = [row(), row(group=BEYOND), row("steps", BEYOND)]
-    assert [line[0] for line in kind_table(rows).rows] == ["in range", "beyond the range"]
-    assert kind_table(rows, short=False).rows[-1][0] == "beyond the range: steps"
+    assert [line[0] for line in card_table(rows).rows] == ["in range", "beyond the range"]
+    assert card_table(rows, short=False).rows[-1][0] == "beyond the range: steps"
 
 
 def test_groups_keep_their_order_and_all_kinds_come_first() -> None:
     rows = [row(group=BEYOND), row("s", SMOOTH), row("steps"), row()]
-    assert [line[0] for line in kind_table(rows).rows] == [
+    assert [line[0] for line in card_table(rows).rows] == [
         "in range",
         "in range: steps",
         "smooth inputs: s",
@@ -114,7 +114,7 @@ def test_report_begins_with_the_picture_and_the_kinds() -> None:
     picture, kinds = main_sections(MEASURED, "zero_order", [])
     assert picture.title == "Error against communication step"
     assert kinds.title == "Where it is valid"
-    assert kinds.table == kind_table(MEASURED, short=False)
+    assert kinds.table == card_table(MEASURED, short=False)
     assert "held over h" in kinds.text
     assert "held over h" not in main_sections(MEASURED, "first_order", [])[1].text
     assert [section.folded for section in all_rows(MEASURED)] == [True, True]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -120,6 +120,8 @@ class AxisMoves(Kind):
             trajectory, as by a controller with a slower clock. A held set point jumps, so choose a
             lower speed. Without it, set points move at every sample.
     """
+
+    drives_axes: ClassVar[bool] = True
 
     kind: Literal["axis_moves"]
     speed: Limits = Field(min_length=1)

@@ -51,10 +51,13 @@ class Kind(Table, abc.ABC):
             defined at samples only, and are linear in between.
         jumps: whether inputs change at once, so that moving ones jump between samples where the
             recipe says so (``jumping``).
+        drives_axes: whether every input is driven as the position of an axis, within limits of
+            its speed and acceleration.
     """
 
     bends: ClassVar[bool] = False
     jumps: ClassVar[bool] = False
+    drives_axes: ClassVar[bool] = False
 
     weight: float = Field(gt=0)
 

@@ -1,6 +1,7 @@
 """All kinds of excitation are listed here; a recipe mixes them, and motions draw from the mix.
 
-A new kind is added to ``Excitation``; nothing else lists them.
+A new kind is added to ``Excitation``. Nothing else lists all kinds: what other rooms ask of a kind
+is in its attributes (``Kind``).
 """
 
 from __future__ import annotations

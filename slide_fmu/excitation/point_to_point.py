@@ -7,7 +7,7 @@ socket"), with limits, pauses and moves of single joints added.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +84,8 @@ class PointToPoint(Kind):
         dwell: share of the moves after which the joints rest for a while.
         dwell_duration: range of the time of these rests in s, drawn uniformly.
     """
+
+    drives_axes: ClassVar[bool] = True
 
     kind: Literal["point_to_point"]
     duration: PositiveRange = (1.0, 1.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -39,6 +39,8 @@ class SpeedRamps(Kind):
         noise: half the width of the uniform noise on the speed, relative to its limit. It is added
             to about every second step, at random; it may exceed the limits.
     """
+
+    drives_axes: ClassVar[bool] = True
 
     kind: Literal["speed_ramps"]
     speed: PositiveFloat

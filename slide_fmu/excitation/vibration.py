@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,6 +30,8 @@ class Vibration(Kind):
             draws its own value between zero and this.
         single: share of the bursts in which one random input vibrates alone.
     """
+
+    drives_axes: ClassVar[bool] = True
 
     kind: Literal["vibration"]
     angular_frequency: PositiveRange

@@ -10,15 +10,9 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, by_axis
 from slide_fmu.data.draws import TEST, Stream, draw_inputs
-from slide_fmu.excitation.axis_moves import AxisMoves
-from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.speed_ramps import SpeedRamps
-from slide_fmu.excitation.vibration import Vibration
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import System
-
-MOTIONS = (SpeedRamps, PointToPoint, AxisMoves, Vibration)
-"""Kinds of excitation that drive every input as the position of an axis."""
 
 MEASURED = 8
 """Limits of a motion that a recipe does not declare are the largest ones of this many draws."""
@@ -129,7 +123,7 @@ def _limits(
     recipe: Recipe, system: System, axes: Sequence[Axis]
 ) -> Sequence[tuple[float, float] | tuple[None, None]]:
     """Return the limits of speed and acceleration of each axis; None of inputs that may jump."""
-    driven = any(isinstance(kind, MOTIONS) for kind in recipe.data.excitation)
+    driven = any(kind.drives_axes for kind in recipe.data.excitation)
     moving = [driven or len(axis) == 2 for axis in axes]
     if not any(moving):
         return [(None, None)] * len(axes)
@@ -154,7 +148,7 @@ def _declared(recipe: Recipe, name: str, count: int) -> tuple[float, ...]:
     """Return the largest limits of each axis that kinds declare; empty if none does."""
     limits = []
     for kind in recipe.data.excitation:
-        values = getattr(kind, name, ()) if isinstance(kind, MOTIONS) else ()
+        values = getattr(kind, name, ()) if kind.drives_axes else ()
         values = (values,) if isinstance(values, float) else tuple(values)
         if len(values) == count:
             limits.append(values)

@@ -60,7 +60,7 @@ class LearningCurve:
             self._prepared = prepare(work, scales_of(work, splits), splits)
         prepared, network = self._prepared, self._prepared.table
         assert isinstance(network, StateSpaceRecipe)
-        place = self._work.checkpoints / f"curve-{prepared.scales.key}.pt"
+        place = self._work.checkpoints / f"curve-{prepared.scales.training_key}.pt"
         problem = prepared.problem(splits, place)
         data = fit_data(problem, network, training)
         fit = MultiStart(data, progress)

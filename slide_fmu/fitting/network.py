@@ -81,7 +81,7 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     recipe, source, known = work.recipe, work.case.source, work.known
     splits = work.splits(part.split, part.judged_by, *(["beyond"] if recipe.data.beyond else []))
     scales = scales_of(work, splits, part.output_scaling)
-    checkpoint = work.checkpoints / f"surrogate-{scales.key}.pt"
+    checkpoint = work.checkpoints / f"surrogate-{scales.training_key}.pt"
     spent = CpuTime(checkpoint.with_suffix(".cpu_seconds"))
     work = replace(work, progress=spent.counted(work.progress))
     prepared = prepare(work, scales, splits)

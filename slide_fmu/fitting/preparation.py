@@ -107,7 +107,7 @@ class Work:
 
 @dataclass(frozen=True, eq=False)
 class Scales:
-    """Scales have scalings and knowledge of a fit, before its features are chosen.
+    """Scales have scalings and knowledge of a fit, and its key, before its features are chosen.
 
     Attributes:
         outputs: scaling of the outputs.
@@ -115,13 +115,15 @@ class Scales:
             known or not useful.
         noise: samples of the outputs' noise in scaled units, (N, n_outputs) each; None if it is
             not known.
-        key: key of the data, the machine and the recipe, for the names of checkpoints.
+        training_key: key of all that decides the fit: its data, what is known of the system, the
+            features that it offers, and the recipe. An interrupted fit goes on from the
+            checkpoint that is named by it.
     """
 
     outputs: Affine
     eigenvalues: Eigenvalues | None
     noise: tuple[FloatArray, ...] | None
-    key: str
+    training_key: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +177,7 @@ class FitPreparation:
 
 
 def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None) -> Scales:
-    """Return scalings and knowledge of the system for a fit.
+    """Return scalings and knowledge of the system for a fit, and the key of the fit.
 
     The splits are as for ``FitPreparation.problem``. By default the outputs have the scaling of
     the known surrogate, or else of the first split.
@@ -193,7 +195,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
     outputs = outputs or (own if work.known is None else work.known.output_scaling)
     eigenvalues = eigenvalues_at_rest(source) if work.linearized else None
     noise = source.noise_at_rest and tuple(part / outputs.scale for part in source.noise_at_rest)
-    key = checkpoint_key(
+    training_key = checkpoint_key(
         splits,
         str(eigenvalues),  # to the digits that all processors agree about
         work.offered.geometry,
@@ -202,7 +204,7 @@ def scales_of(work: Work, splits: Sequence[Split], outputs: Affine | None = None
         work.known and work.known.to_bytes(),
         noise,
     )
-    return Scales(outputs, eigenvalues, noise, key)
+    return Scales(outputs, eigenvalues, noise, training_key)
 
 
 def prepare(work: Work, scales: Scales, splits: Sequence[Split]) -> FitPreparation:

@@ -196,7 +196,7 @@ class Trajectories:
     def _lacking(self, split: str, missing: int, count: int) -> TrajectoryError:
         return TrajectoryError(
             f"{self.folder}: {missing} of {count} trajectories of split {split!r} are missing for "
-            "the values of this recipe and its model; generate again to complete them "
+            "the values of this recipe and its model: generate them first "
             "(slide-fmu generate RECIPE)"
         )
 

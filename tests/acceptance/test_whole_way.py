@@ -253,8 +253,8 @@ MISTAKES = {
     "wrong model": ("window", (":Duffing", ":Dufing"), r"DuffingOscillator"),
     "wrong parameter": ("window", ("substeps = 12", "substep = 12"), r"substeps"),
     "nothing trained": ("export", ("small_duffing", "never_trained"), r"train it first"),
-    "no data": ("train", ("small_duffing", "never_generated"), r"generate it first"),
-    "other data": ("generate", ("seed = 7", "seed = 9"), r"data\.seed = 7 there, 9"),
+    "no data": ("train", ("small_duffing", "never_generated"), r"generate them first"),
+    "other data": ("train", ("seed = 7", "seed = 9"), r"generate them first"),
     "other training": ("export", ("steps = 500", "steps = 600"), r"train again"),
 }
 

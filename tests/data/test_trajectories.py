@@ -72,9 +72,9 @@ def test_missing_trajectories_are_reported(made: Trajectories) -> None:
     assert made.missing() == others
     made.remove("train", 2)
     assert made.missing() == [("train", 2), *others]
-    with refused(TrajectoryError, "1 of 4 trajectories of split 'train'", "generate again"):
+    with refused(TrajectoryError, "1 of 4 trajectories of split 'train'", "generate them first"):
         made.read("train")
-    with refused(TrajectoryError, "1 of 4 trajectories of split 'train'", "generate again"):
+    with refused(TrajectoryError, "1 of 4 trajectories of split 'train'", "generate them first"):
         made.require()
 
 

@@ -82,7 +82,7 @@ def test_report_shows_the_fading_memory(state_space: Finished) -> None:
     assert percent(tests[0]["median_difference"]) in section
     surrogate, _ = read_fmu(state_space.fmu)
     assert isinstance(surrogate.network, StateSpace)
-    assert f"({len(surrogate.network.cell.a)} states, 8 hidden units)" in page
+    assert f"{len(surrogate.network.cell.a)} states and 8 hidden units" in page
     assert not (folder / "stability.html").exists()  # the charts of a failure
 
 

@@ -62,16 +62,23 @@ app = typer.Typer(
 )
 
 
-_BY_NAME, LEFT_OUT = subcommands_of_apps([own.__name__.rstrip("_") for own in SUBCOMMANDS])
+def name_of(subcommand: Callable[..., None]) -> str:
+    """Return the name of a subcommand on the command line: that of its function, with hyphens.
+
+    A function whose name would be a word of Python's own has a mark behind it.
+    """
+    return subcommand.__name__.rstrip("_").replace("_", "-")
+
+
+_BY_NAME, LEFT_OUT = subcommands_of_apps([name_of(own) for own in SUBCOMMANDS])
 """One sentence on each app or subcommand that cannot be used."""
 
 OF_APPS = tuple(_BY_NAME.values())
 """The subcommands of installed apps, which follow the others."""
 
 for subcommand in (*SUBCOMMANDS, *OF_APPS):
-    # a short help is never cut; a word of Python's own has a mark behind it
-    name = subcommand.__name__.rstrip("_")
-    app.command(name, short_help=subcommand.__doc__)(subcommand)
+    # a short help is never cut
+    app.command(name_of(subcommand), short_help=subcommand.__doc__)(subcommand)
 
 
 def _show_version(wanted: bool) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.cli import console
-from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
+from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS, name_of
 from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, progress_bars
 from slide_fmu.report.console import print_noise, print_rows
 from slide_fmu.report.progress_display import Messages
@@ -81,7 +81,7 @@ def test_help_in_a_pipe_has_whole_summaries_whatever_the_terminal(columns: str) 
         env=narrow(COLUMNS=columns),
     )
     lines = done.stdout[done.stdout.index("Commands:") :].splitlines()[1:]
-    names = [each.__name__.rstrip("_") for each in (*SUBCOMMANDS, *OF_APPS)]
+    names = [name_of(each) for each in (*SUBCOMMANDS, *OF_APPS)]
     assert [line.split()[0] for line in lines] == names
     for line, subcommand in zip(lines, (*SUBCOMMANDS, *OF_APPS), strict=True):
         assert line.endswith(f"  {subcommand.__doc__}")

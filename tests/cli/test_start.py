@@ -10,11 +10,11 @@ import sys
 import pytest
 
 import slide_fmu
-from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS
+from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS, name_of
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
 HEAVY = ("numpy", "scipy", "matplotlib", "fmpy", "torch", "exudyn", "rich.markdown")
-NAMES = [each.__name__.rstrip("_") for each in (*SUBCOMMANDS, *OF_APPS)]
+NAMES = [name_of(each) for each in (*SUBCOMMANDS, *OF_APPS)]
 TO_COMPLETE = {
     "bash": {"COMP_WORDS": "slide-fmu {}", "COMP_CWORD": "1"},
     "zsh": {"_TYPER_COMPLETE_ARGS": "slide-fmu {}"},

@@ -9,7 +9,7 @@ by a measurement, or its result is left out, and the report says so.
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -72,6 +72,46 @@ class State:
     velocities: FloatArray
     last_input: FloatArray
     input_rate: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A Motion is what a system is asked to simulate.
+
+    Attributes:
+        inputs: inputs at the ends of the sample steps, (N, n_inputs), in their units.
+        initial: the state at sample 0; the system's own start under the first input if None.
+        between: the same inputs at the ends of equal parts of all sample steps, shape
+            (parts * N, n_inputs), where they bend between samples; None where they do not.
+        jumps: part of each sample step after which each input jumps to its value at the step's
+            end, from 0 to 1; NaN where it moves linearly. Shape (N, n_inputs); None where none
+            jumps.
+    """
+
+    inputs: FloatArray
+    initial: State | None = None
+    between: FloatArray | None = None
+    jumps: FloatArray | None = None
+
+    @property
+    def first_input(self) -> FloatArray:
+        """The input that has always acted before the start, (n_inputs,)."""
+        bends = self.between is not None and self.jumps is None
+        first: FloatArray = (self.between if bends else self.inputs)[0]  # type: ignore[index]
+        return first
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """A Beginning is a motion as far as it was simulated together with others.
+
+    Attributes:
+        outputs: outputs at its first k + 1 samples, in their units, shape (k + 1, n_outputs).
+        state: the state at sample k; None where not even the start was found.
+    """
+
+    outputs: FloatArray
+    state: State | None
 
 
 class Source(abc.ABC):
@@ -259,6 +299,33 @@ class Bending(Restorable):
         """
 
 
+class Batching(Bending):
+    """A Batching system offers to simulate many motions at once, at about the cost of one."""
+
+    @abc.abstractmethod
+    def most_at_once(self, varied: Collection[str] = ()) -> int:
+        """Give the largest number of motions that are worth simulating at once; 1 if none are.
+
+        ``varied`` are names of parameters whose values differ from motion to motion.
+        """
+
+    @abc.abstractmethod
+    def begin_together(
+        self, systems: Sequence[System], motions: Sequence[Motion], varied: Collection[str] = ()
+    ) -> list[Beginning]:
+        """Simulate motions at once, each as far as that goes.
+
+        A motion on which the system fails is left where the sample begins, and the caller goes on
+        with it alone. Nothing of a motion depends on which others there are, to the last bit.
+
+        Args:
+            systems: the system of each motion: this one, with values of its own of the parameters
+                that are varied.
+            motions: at most ``most_at_once`` of them.
+            varied: names of the parameters whose values differ.
+        """
+
+
 class RandomStates(Restorable):
     """A system with RandomStates draws initial states, so that no motion to lead in is needed."""
 
@@ -305,11 +372,13 @@ def go_on(
     inputs: FloatArray,
     reached: Callable[[], object] | None = None,
     advance: Callable[[FloatArray], FloatArray] | None = None,
+    first: int = 0,
 ) -> FloatArray:
     """Go on from the current state under inputs (N, n_inputs); give outputs (N + 1, n_outputs).
 
     The outputs at the current state come first. ``reached`` is called at this and at every further
     state. ``advance`` takes the place of the system's own, for inputs of another shape (N, ...).
+    The current state is at the sample ``first`` of the motion, by which errors name samples.
     The system raises what ``advance`` raises.
     """
     advance = advance or system.advance
@@ -318,7 +387,7 @@ def go_on(
     for k, row in enumerate(inputs):
         if reached is not None:
             reached()
-        outputs[k + 1] = _row(system, "advance", advance, k, row)
+        outputs[k + 1] = _row(system, "advance", advance, first + k, row)
     if reached is not None:
         reached()
     return outputs

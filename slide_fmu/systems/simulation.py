@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, outside_of_range
 from slide_fmu.systems.base import (
+    Batching,
+    Beginning,
     Bending,
     Jumping,
+    Motion,
     Restorable,
     State,
     Stepping,
@@ -22,6 +25,9 @@ from slide_fmu.systems.base import (
     real_numbers,
 )
 from slide_fmu.systems.errors import LoadError, SimulationError
+
+MEMORY = 400_000_000
+"""Motions that are simulated at once have inputs and outputs of at most this number of bytes."""
 
 
 def simulate(
@@ -143,6 +149,106 @@ def simulate_jumping(
 
         outputs = go_on(finer, read_only(between), reached)
         return _checked(finer, between, outputs)[::parts]
+
+
+Answer = FloatArray | SimulationError
+"""The outputs of a motion at its samples, (N + 1, n_outputs), or why it could not be simulated."""
+
+
+def simulate_motion(system: System, motion: Motion) -> FloatArray:
+    """Simulate one motion; the outputs at its samples, shape (N + 1, n_outputs).
+
+    Raises:
+        LoadError: inputs bend or jump, and the system cannot be made with a finer step.
+        SimulationError, ValueError: as in ``simulate``.
+    """
+    if motion.jumps is not None:
+        return simulate_jumping(system, motion.inputs, motion.jumps, motion.initial)
+    if motion.between is None:
+        return simulate(system, motion.inputs, motion.initial).outputs
+    parts = len(motion.between) // len(motion.inputs)
+    return simulate_between(system, motion.between, parts, motion.initial)
+
+
+def simulate_motions(
+    system: System,
+    motions: Sequence[Motion],
+    systems: Sequence[System] | None = None,
+    varied: Collection[str] = (),
+) -> Iterator[Answer]:
+    """Simulate motions, many at once where the system offers that; give answers in their order.
+
+    A motion that fails has its error for an answer, and the others lose nothing. Where the system
+    does not offer it, a motion is simulated when its answer is asked for.
+
+    Args:
+        system: the system.
+        motions: perhaps more of them than are simulated at once.
+        systems: the system of each motion: the same one with parameters of its own; the system
+            itself if None.
+        varied: names of the parameters whose values differ from motion to motion.
+
+    Raises:
+        LoadError, ValueError: as in ``simulate_motion``.
+    """
+    systems = [system] * len(motions) if systems is None else systems
+    first = 0
+    while first < len(motions):
+        count = motions_at_once(system, motions[first], varied)
+        part, begun = slice(first, first + count), list[Beginning | None]([None])
+        if count > 1:
+            assert isinstance(system, Batching)
+            for own, motion in zip(systems[part], motions[part], strict=True):
+                _check_inputs(own, motion.inputs)
+            begun = [*system.begin_together(systems[part], motions[part], varied)]
+        for own, motion, beginning in zip(systems[part], motions[part], begun, strict=True):
+            yield _answer(own, motion, beginning)
+        first += count
+
+
+def motions_at_once(system: System, like: Motion, varied: Collection[str] = ()) -> int:
+    """Give the number of motions like this one that a system simulates at once; 1 for most.
+
+    All their inputs and outputs have room in ``MEMORY``.
+    """
+    most = system.most_at_once(varied) if isinstance(system, Batching) else 1
+    given = (like.inputs, like.between, like.jumps)
+    size = sum(each.nbytes for each in given if each is not None)
+    size += 8 * len(like.inputs) * len(system.outputs)
+    return max(1, min(most, MEMORY // size))
+
+
+def _answer(system: System, motion: Motion, beginning: Beginning | None) -> Answer:
+    """Simulate a motion, or go on with one to its end."""
+    try:
+        if beginning is None or beginning.state is None:
+            return simulate_motion(system, motion)
+        if len(beginning.outputs) == len(motion.inputs) + 1:
+            return beginning.outputs
+        return _finished(system, motion, beginning.outputs, beginning.state)
+    except LoadError:
+        raise
+    except SimulationError as error:
+        return error
+
+
+def _finished(system: System, motion: Motion, outputs: FloatArray, state: State) -> FloatArray:
+    """Go on with a motion from the last sample whose outputs, (k + 1, n_outputs), are known."""
+    assert isinstance(system, Bending)
+    first, rows = len(outputs) - 1, read_only(motion.inputs)
+    advance: Callable[[FloatArray], FloatArray] = system.advance
+    if motion.jumps is not None:
+        rows = read_only(np.stack([motion.inputs, motion.jumps], axis=1))
+
+        def advance(pair: FloatArray) -> FloatArray:
+            return system.advance_jumping(*pair)
+    elif motion.between is not None:
+        rows = read_only(motion.between).reshape(len(motion.inputs), -1, len(system.inputs))
+        advance = system.advance_bending
+    with _range_named(system, motion.inputs):
+        system.set_state(state)
+        further = go_on(system, rows[first:], advance=advance, first=first)
+        return _checked(system, motion.inputs, np.concatenate([outputs, further[1:]]))
 
 
 def _in_parts(

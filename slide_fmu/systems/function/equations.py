@@ -53,7 +53,7 @@ class Bend:
             ends: ranges of the inputs, shape (2, n_inputs): points beyond make them wider.
         """
         exponents = np.arange(len(points), dtype=np.float64)
-        powers = _through(len(points) - 1) @ points
+        powers = through(len(points) - 1) @ points
         slopes = np.roll(exponents[:, None] * powers, -1, axis=0) / step
         low, high = (
             np.minimum(ends[0], points.min(axis=0)),
@@ -69,8 +69,11 @@ class Bend:
 
 
 @cache
-def _through(degree: int) -> FloatArray:
-    """Return what makes coefficients of the values at 0, 1 / degree .. 1, lowest power first."""
+def through(degree: int) -> FloatArray:
+    """Return what makes coefficients of the values at 0, 1 / degree .. 1, lowest power first.
+
+    Its shape is (degree + 1, degree + 1).
+    """
     at = np.linspace(0.0, 1.0, degree + 1)
     return np.asarray(np.linalg.inv(np.vander(at, increasing=True)))
 
@@ -210,16 +213,15 @@ class ModelEquations:
             return None
         return at_rest
 
-    def sizes(self, start: FloatArray, path: FloatArray) -> FloatArray:
-        """Give how large the states become along a path of inputs, (N, n_inputs), shape (n,).
+    def states_along(self, start: FloatArray, path: FloatArray) -> FloatArray:
+        """Give the states along a path of inputs, (N, n_inputs), the start first, shape (K, n).
 
-        All of them are positive: a state that stays 0 gets the size of the largest one.
+        There are N of them, or fewer where it cannot be followed to its end.
         """
-        state, largest = start, np.abs(start)
+        states = [start]
         for last, now in itertools.pairwise(path):
             try:
-                state = self.after_step(state, last, now)
+                states.append(self.after_step(states[-1], last, now))
             except SimulationError:  # then the states so far must do
                 break
-            largest = np.maximum(largest, np.abs(state))
-        return np.where(largest > 0, largest, largest.max() or 1.0)
+        return np.stack(states)

@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.core.signals import FloatArray, Signal, hold_of, moves
 from slide_fmu.systems.base import (
-    Bending,
+    Batching,
+    Beginning,
     Linearizable,
+    Motion,
     State,
     StateMatrix,
+    System,
     finite_vector,
     read_only,
 )
 from slide_fmu.systems.declared import Parameter, Parameters
 from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.function.courses import Course
 from slide_fmu.systems.function.equations import Bend, ModelEquations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
+from slide_fmu.systems.function.lane_trial import Trial, points_around, tried
+from slide_fmu.systems.function.lanes import Lane, LaneError, LaneModel, Lanes
 from slide_fmu.systems.function.user_function import (
     FunctionError,
     UserFunction,
@@ -40,12 +46,19 @@ STIFF_CALLS, STIFF_SAMPLES = 80, 100
 """An explicit method is remarked if it calls f STIFF_CALLS times in a sample, in the mean over the
 first STIFF_SAMPLES: most systems that are sampled by their bandwidth need 12 to 40."""
 
+ONE_BY_ONE = (
+    "so motions are integrated one after the other, which takes about 50 times as long. Write it "
+    "for arrays of states: np.where(rate > 0, a, b) in place of if, np.sin in place of math.sin, "
+    "and a list of numbers as the result"
+)
+"""What it means that a function accepts one state alone, and the remedy."""
+
 Start = Sequence[float] | FloatArray | Callable[..., Any]
 """The state to look for an equilibrium from, or a function of (u, p) that gives the start."""
 
 
 @final
-class FunctionSystem(Linearizable, Bending):
+class FunctionSystem(Linearizable, Batching):
     """A FunctionSystem is a reference system made of functions: x' = f(x, u, p), y = g(x, u, p).
 
     States x are given and wanted as arrays (n,), inputs u as arrays (n_inputs,) in the units of
@@ -104,6 +117,7 @@ class FunctionSystem(Linearizable, Bending):
         self.follows_rates = function.takes_rates or self._g.takes_rates
         self._advanced, self._calls = 0, 0
         self._stiff: tuple[str, ...] = ()
+        self._trials: dict[tuple[str, ...], Trial] = {}
         self.set_state(State(state, np.zeros(0), held))
 
     @property
@@ -138,12 +152,21 @@ class FunctionSystem(Linearizable, Bending):
         return state
 
     @cached_property
-    def _sizes(self) -> FloatArray:
-        """Tell how large the states, (n,), become on a slow motion through the inputs' ranges."""
+    def _states_along(self) -> FloatArray:
+        """Give states, (K, n), on a slow motion through the inputs' ranges."""
         corners = np.array([(s.start_value, s.high, s.low) for s in self.inputs])
         at = np.linspace(0, 2, 2 * PROBED_SAMPLES + 1)
         path = np.stack([np.interp(at, range(3), row) for row in corners], axis=1)
-        return self._equations.sizes(self._start(path[0]), path)
+        return self._equations.states_along(self._start(path[0]), path)
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        """Tell how large the states, (n,), become on that motion.
+
+        All sizes are positive: a state that stays 0 gets the size of the largest one.
+        """
+        largest = np.max(np.abs(self._states_along), axis=0)
+        return np.where(largest > 0, largest, largest.max() or 1.0)
 
     def rest_state(self, held_input: FloatArray) -> State:
         start = self._start(held_input)
@@ -204,6 +227,57 @@ class FunctionSystem(Linearizable, Bending):
 
         return self._advance(after, inputs, rate)
 
+    def most_at_once(self, varied: Collection[str] = ()) -> int:
+        if self.solver.method not in EXPLICIT:
+            return 1
+        return self._trial(tuple(sorted(varied))).most
+
+    def _trial(self, varied: tuple[str, ...]) -> Trial:
+        """Say whether f and g accept many states at once; a remark says what they refuse."""
+        if varied not in self._trials:
+            states, sizes = self._states_along, self._sizes
+            points = points_around(states, sizes, self.inputs, self.step, self._p, varied)
+            self._refuse_lanes(varied, tried((self._equations.function, self._g), points))
+        return self._trials[varied]
+
+    def _refuse_lanes(self, varied: tuple[str, ...], trial: Trial) -> None:
+        """Keep what a trial showed, and remark it where f or g accepts one state alone."""
+        self._trials[varied] = trial
+        if trial.refusal is not None:
+            self.remarks = (*self.remarks, f"{trial.refusal}: {ONE_BY_ONE}")
+
+    def begin_together(
+        self, systems: Sequence[System], motions: Sequence[Motion], varied: Collection[str] = ()
+    ) -> list[Beginning]:
+        trial, begun = self._trial(tuple(sorted(varied))), []
+        for system, motion in zip(systems, motions, strict=True):
+            assert isinstance(system, FunctionSystem)
+            begun.append(system._begun(motion))
+        lanes = [lane for lane in begun if lane is not None]
+        if lanes:
+            functions = self._equations.function, self._g
+            model = LaneModel(*functions, self.step, self.solver, varied, trial.width)
+            together = Lanes(model, lanes)
+            try:
+                together.run()
+            except LaneError as error:
+                self._refuse_lanes(tuple(sorted(varied)), Trial(str(error)))
+                begun = [None] * len(begun)
+            samples = sum(lane.known - 1 for lane in lanes)
+            self._count_work(together.calls, samples)
+        none = Beginning(np.empty((0, len(self.outputs))), None)
+        return [none if lane is None else lane.beginning() for lane in begun]
+
+    def _begun(self, motion: Motion) -> Lane | None:
+        """Return a lane at the start of a motion; None where the system fails there."""
+        ends = np.array([(signal.low, signal.high) for signal in self.inputs]).T
+        try:
+            self.set_state(motion.initial or self.rest_state(motion.first_input))
+            course = Course(motion, self._u, self.step, moves(self.inputs), ends)
+            return Lane(course, self._p, self.get_state(), self.output())
+        except SimulationError:
+            return None
+
     def _finite(self, inputs: FloatArray) -> FloatArray:
         """Return a copy of inputs, shape (n_inputs,), which must be finite."""
         names = ", ".join(signal.name for signal in self.inputs)
@@ -222,11 +296,13 @@ class FunctionSystem(Linearizable, Bending):
         self._count_work(self._equations.function.calls - before)
         return self.output()
 
-    def _count_work(self, calls: int) -> None:
-        """Take in how often a sample called f; an explicit method that works much is remarked."""
-        self._advanced, self._calls = self._advanced + 1, self._calls + calls
-        mean, method = self._calls / self._advanced, self._equations.solver.method
-        if self._advanced != STIFF_SAMPLES or mean < STIFF_CALLS or method not in EXPLICIT:
+    def _count_work(self, calls: int, samples: int = 1) -> None:
+        """Take in how often samples called f; an explicit method that works much is remarked."""
+        before, self._advanced = self._advanced, self._advanced + samples
+        self._calls += calls
+        mean, method = self._calls / max(self._advanced, 1), self._equations.solver.method
+        seen = before < STIFF_SAMPLES <= self._advanced
+        if not seen or mean < STIFF_CALLS or method not in EXPLICIT:
             return
         self._stiff = (
             f"{method} calls f {mean:.3g} times in a sample, so the system is stiff or has sharp "

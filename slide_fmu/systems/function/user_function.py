@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any
 
@@ -64,6 +64,50 @@ class UserFunction:
             f"{self.name} gave {_shown(result)} of shape {values.shape}; expected {self.count} "
             f"numbers, shape ({self.count},)"
         )
+
+    def of_lanes(
+        self, x: FloatArray, u: FloatArray, p: object, du: FloatArray, values: FloatArray
+    ) -> None:
+        """Write the numbers of many states at once, (count, B), to ``values``.
+
+        A number that is the same in all lanes may be given as one. The function sees arrays that
+        it cannot write to.
+
+        Args:
+            x: states, (n, B).
+            u, du: inputs and their rates, (n_inputs, B).
+            p: parameters, of which some may be arrays (B,).
+            values: gets the numbers, (count, B); B is more than 1.
+
+        Raises:
+            FunctionError: the function raised, or gave something else.
+        """
+        arguments: tuple[Any, ...] = (read_only(x), read_only(u), p)
+        if self.takes_rates:
+            arguments = (*arguments, read_only(du))
+        self.calls += 1
+        result = called_with(self.name, self._function, arguments)
+        lanes = x.shape[1:]
+        if self.count == 1 and np.shape(result) == lanes:
+            result = [result]
+        if isinstance(result, np.ndarray) and result.shape == values.shape:
+            values[...] = result
+            return
+        shapes = (
+            [np.shape(row) for row in result] if isinstance(result, Sequence | np.ndarray) else []
+        )
+        if len(shapes) != self.count or not {(), lanes}.issuperset(shapes):
+            what = (
+                f"an array of shape {np.shape(result)}"
+                if isinstance(result, np.ndarray)
+                else shapes
+            )
+            raise FunctionError(
+                f"{self.name} gave {what}; expected "
+                f"{self.count} numbers or arrays of shape {lanes}"
+            )
+        for row, numbers in zip(values, result, strict=True):
+            row[...] = numbers
 
     def finite(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:
         """Give the numbers, which must be finite.

@@ -126,7 +126,7 @@ class Boom(PlantSystem[MovedPlant], Linearizable):
         """Return the static equilibrium at a constant length in m, shape (1,).
 
         Raises:
-            SimulationError: exudyn's static solver does not find it.
+            SimulationError: there is none, or it is not found.
             ValueError: the length is not finite.
         """
         held = self._finite_inputs("held input", held_input)

@@ -9,6 +9,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Linearization
+from slide_fmu.systems.exudyn.equilibrium import equilibrium
 from slide_fmu.systems.exudyn.plant import Plant
 
 T = TypeVar("T")
@@ -82,10 +83,11 @@ class MovedPlant:
         """Return the coordinates at rest with the end at a position, shape (n + MOTION,).
 
         Raises:
-            SimulationError: exudyn's static solver does not find them.
+            SimulationError: there are none, or they are not found.
         """
         with_motion = np.array([position, 0.0])
-        return np.append(self._at(with_motion, 0.0, self._plant.equilibrium), with_motion)
+        found = self._at(with_motion, 0.0, lambda: equilibrium(self._plant))
+        return np.append(found, with_motion)
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
         """Linearize at a state, shape (n + MOTION,) each, in SI units; the end does not vary."""

@@ -45,13 +45,18 @@ _SMALLEST_SUBSTEP = 1.0 / 64.0
 _RELATIVE_TOLERANCE, _ABSOLUTE_TOLERANCE = 1e-7, 1e-6
 """Newton's residual must fall below one of these, the first relative to the first residual of the
 step, which has weights in it: with 1e-4, the damping of a pendulum is wrong by 7 % where it moves
-by a thousandth of what its weight could move. Below the second one, rounding would count."""
+by a thousandth of what its weight could move. The second one is larger where a model is so stiff
+that its forces are rounded more coarsely (``Plant.rounding``)."""
+_STATIC_TOLERANCE = 1e-10
+"""The same in searches for a state at rest, which is computed once: as exudyn has it."""
+_REFERENCE = exu.ConfigurationType.Reference
 _INITIAL = exu.ConfigurationType.Initial
 _CURRENT = exu.ConfigurationType.Current
 _DIFFERENCE = 1e-6
 """Linearizations move coordinates by this, and by this part of themselves."""
 _REMEDY = "Use more substeps, a shorter step, or inputs within the range of the system"
-_STATIC_REMEDY = "Springs or supports must hold every body for there to be one"
+_ROUNDING = float(np.finfo(np.float64).eps)
+"""Forces of springs are rounded to this part of stiffness times coordinates."""
 
 
 class Plant:
@@ -82,6 +87,9 @@ class Plant:
         has_kinks: whether forces may have kinks, as a damper at rest, or loads may depend on the
             state; exudyn's own differences, which are faster, go to one side and leave out loads.
         visible: whether sensors see the current state.
+        origin: the coordinates of the initial configuration in SI units, shape (n,).
+        rounding: what is left of balanced forces by rounding, in N or N m: no solver can go
+            below it. A beam of steel, 10 cm thick, has 1e-5 N.
     """
 
     def __init__(
@@ -111,11 +119,13 @@ class Plant:
         self._solver: Any = exu.MainSolverExplicit() if explicit else self._starter
         self._size = mbs.systemData.ODE2Size()
         self._coordinates, self._velocities = self._found(_INITIAL)
-        self._origin = self._coordinates
+        self.origin = self._coordinates
         self._running = self.visible = False
         if not explicit:
             mbs.SetPreStepUserFunction(self._prepare_substep)
-        self._carried = self._carried_at_rest()
+        self._carried, self.rounding = self._initial_forces()
+        newton = self._settings.timeIntegration.newton
+        newton.absoluteTolerance = max(_ABSOLUTE_TOLERANCE, self.rounding)
 
     def set_state(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Continue from coordinates and velocities, shape (n,) each, in SI units."""
@@ -159,48 +169,97 @@ class Plant:
         self._start(self._starter)
         self.visible = True
 
-    def equilibrium(self) -> FloatArray:
-        """Return the coordinates of the static equilibrium nearest to the initial configuration.
+    def static(self, coordinates: FloatArray) -> FloatArray:
+        """Return what exudyn's static solver finds from coordinates, both in SI units, (n,).
 
-        They are in SI units, shape (n,). The current state stays as it is.
+        The current state stays as it is.
 
         Raises:
-            SimulationError: exudyn's static solver found none, or a user function failed; or there
-                are first-order coordinates, which that solver leaves as they are.
+            SimulationError: it finds nothing, or a user function failed.
         """
-        if self.mbs.systemData.ODE1Size():
-            raise SimulationError("exudyn finds no equilibrium of first-order coordinates")
         self._running = self.visible = False
-        self._to_initial(self._origin, np.zeros(len(self._origin)))
+        self._to_initial(coordinates, np.zeros(len(coordinates)))
+        newton = self._settings.staticSolver.newton
+        newton.absoluteTolerance = max(_STATIC_TOLERANCE, self.rounding)
         solver: Any = exu.MainSolverStatic()
-        self._call("found no static equilibrium", solver.SolveSystem, solver, _STATIC_REMEDY)
+        self._call("found no static equilibrium", solver.SolveSystem, solver, "")
         return self._reached()[0]
+
+    def fallen(self, coordinates: FloatArray, time: float) -> FloatArray:
+        """Return where the model is a time after it is let go at rest, by an implicit Euler step.
+
+        The method takes the forces at the end of the time in s, so a long one leads to where they
+        balance. Coordinates are in SI units, (n,); the current state stays as it is.
+
+        Raises:
+            SimulationError: Newton's method did not converge, or a user function failed.
+        """
+        self._running = self.visible = False
+        settings = _settings_of(time, 1, "trapezoidal")
+        integration = settings.timeIntegration
+        integration.adaptiveStep = False
+        # from rest, Newmark's method with these is the implicit Euler method
+        method = integration.generalizedAlpha
+        method.newmarkBeta, method.newmarkGamma, method.useIndex2Constraints = 0.5, 1.0, False
+        integration.newton.useModifiedNewton = False
+        integration.newton.absoluteTolerance = max(_STATIC_TOLERANCE, self.rounding)
+        solver: Any = exu.MainSolverImplicitSecondOrder()
+        self._to_initial(coordinates, np.zeros(len(coordinates)))
+        self._call("did not start", solver.InitializeSolver, solver, settings=settings)
+        self._call("stopped", solver.SolveSteps, solver, settings=settings)
+        return self._reached()[0]
+
+    def balance(self, coordinates: FloatArray) -> tuple[Linearization, FloatArray]:
+        """Return the linearization at rest at coordinates, (n,) in SI units, and the forces there.
+
+        The forces, (n,), are all but those of constraints. The current state stays as it is.
+
+        Raises:
+            SimulationError: a user function failed, or a coordinate has no mass.
+        """
+        return self._linearized(coordinates, np.zeros(len(coordinates)), forces_too=True)
 
     def linearize(self, coordinates: FloatArray, velocities: FloatArray) -> Linearization:
         """Linearize at a state in SI units, shape (n,) each; the current state stays as it is.
 
         Time-dependent parameters are those that ``before_substep(0.0)`` sets. Data coordinates and
-        first-order ones have no part in it.
+        first-order ones have no part in it. Constraints carry weights and other forces, which turn
+        with the model: at rest those of the state, in a motion those of the initial configuration
+        before inputs act, since what they carry besides goes with accelerations, which no
+        linearization has.
         """
-        data = self.mbs.systemData
+        return self._linearized(coordinates, velocities)[0]
+
+    def _linearized(
+        self, coordinates: FloatArray, velocities: FloatArray, forces_too: bool = False
+    ) -> tuple[Linearization, FloatArray]:
+        """Return the linearization at a state, and the forces at rest there, as of ``balance``.
+
+        Without ``forces_too`` the forces may be missing.
+        """
+        data, size = self.mbs.systemData, self._size
         kept, time = data.GetSystemState(_CURRENT), data.GetTime(_CURRENT)
         accelerations = data.GetODE2Coordinates_tt(_CURRENT)
         solver: Any = exu.MainSolverImplicitSecondOrder()
         self._to_initial(coordinates, velocities)
         mass, stiffness, damping, constraints = self._matrices()
-        if self.has_kinks or constraints.size:
+        at_rest, forces = not np.any(velocities), np.zeros(size)
+        if self.has_kinks or constraints.size or forces_too:
             self._call("did not start", solver.InitializeSolver, solver)
+            if at_rest:
+                forces = self._applied(solver)
         if self.has_kinks:
             applied = partial(self._applied, solver)
             stiffness = self._slopes(applied, coordinates, data.SetODE2Coordinates)
             damping = self._slopes(applied, velocities, data.SetODE2Coordinates_t)
         if constraints.size:
-            held = partial(self._held, solver, self._carried)
+            carried = _carried(mass, constraints, forces) if at_rest else self._carried
+            held = partial(self._held, solver, carried)
             stiffness = stiffness + self._slopes(held, coordinates, data.SetODE2Coordinates)
         data.SetSystemState(kept, _CURRENT)
         data.SetODE2Coordinates_tt(accelerations, _CURRENT)
         data.SetTime(time, _CURRENT)
-        return Linearization(mass, damping, stiffness, constraints)
+        return Linearization(mass, damping, stiffness, constraints), forces
 
     def _matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return exudyn's mass, stiffness, damping (n, n) and constraints (n_constraints, n)."""
@@ -211,25 +270,22 @@ class Plant:
         constraints = np.array(transposed, dtype=np.float64).reshape(self._size, -1).T
         return mass, stiffness, damping, constraints
 
-    def _carried_at_rest(self) -> FloatArray:
-        """Return the multipliers by which constraints carry weights, (n_constraints,).
+    def _initial_forces(self) -> tuple[FloatArray, float]:
+        """Return what constraints carry in the initial configuration, and the rounding of forces.
 
-        It is what they carry in the initial configuration, before inputs act. What they carry
-        besides in a motion is left out: it goes with accelerations, which no linearization has.
+        The first are the multipliers by which they carry weights before inputs act,
+        (n_constraints,); the second is as of ``rounding``.
         """
-        data, solver = self.mbs.systemData, exu.MainSolverImplicitSecondOrder()
-        none = np.zeros(data.AEsize())
-        if not len(none):
-            return none
+        data, size = self.mbs.systemData, self._size
+        places = np.abs(data.GetODE2Coordinates(_REFERENCE) + self.origin[:size])
         try:
-            self._to_initial(self._origin, np.zeros(len(self._origin)))
-            mass, _, _, constraints = self._matrices()
-            self._call("did not start", solver.InitializeSolver, solver)
-            forces = np.concatenate([self._applied(solver), none])
+            linearization, forces = self.balance(self.origin)
         except Exception:  # of a user's function: the first step tells of it
-            return none
-        whole = np.block([[mass, constraints.T], [constraints, np.diag(none)]])
-        return np.asarray(np.linalg.lstsq(whole, forces, rcond=None)[0][self._size :])
+            return np.zeros(data.AEsize()), 0.0
+        mass, constraints = linearization.mass, linearization.constraints
+        rounded = _ROUNDING * (np.abs(linearization.stiffness) @ places)
+        rounding = float(np.max(rounded[np.isfinite(rounded)], initial=0.0))
+        return _carried(mass, constraints, forces), rounding
 
     def _applied(self, solver: Any) -> FloatArray:
         """Return all forces but those of constraints, (n,)."""
@@ -265,18 +321,23 @@ class Plant:
         self._call("did not start", solver.InitializeSolver, solver)
 
     def _call(
-        self, failure: str, method: Callable[..., bool], solver: Any, remedy: str = _REMEDY
+        self,
+        failure: str,
+        method: Callable[..., bool],
+        solver: Any,
+        remedy: str = f". {_REMEDY}",
+        settings: exu.SimulationSettings | None = None,
     ) -> None:
         """Call a method of a solver; if it fails, the message has the failure and the remedy."""
         try:
-            fine = method(self.mbs, self._settings)
+            fine = method(self.mbs, settings or self._settings)
             complaint = repr(solver.GetErrorString())
         except Exception as error:  # a user function of the system may raise anything
             if (interrupt := _interrupt_behind(error)) is not None:  # Ctrl-C within a step
                 raise interrupt from None
             fine, complaint = False, raised_in_exudyn(error)
         if not fine:
-            raise SimulationError(f"exudyn {failure}: {complaint}. {remedy}")
+            raise SimulationError(f"exudyn {failure}: {complaint}{remedy}")
 
     def _to_initial(self, coordinates: FloatArray, velocities: FloatArray) -> None:
         """Make a state exudyn's initial one, with the parameters of the start of a step."""
@@ -314,6 +375,14 @@ class Plant:
                 f"{velocities}; expected finite values. {_REMEDY}"
             )
         return coordinates, velocities
+
+
+def _carried(mass: FloatArray, constraints: FloatArray, forces: FloatArray) -> FloatArray:
+    """Return the multipliers by which constraints carry forces, (n_constraints,)."""
+    none = np.zeros((len(constraints), len(constraints)))
+    whole = np.block([[mass, constraints.T], [constraints, none]])
+    right = np.concatenate([forces, np.zeros(len(constraints))])
+    return np.asarray(np.linalg.lstsq(whole, right, rcond=None)[0][len(mass) :])
 
 
 def _settings_of(step: float, substeps: int, integrator: Integrator) -> exu.SimulationSettings:

@@ -13,6 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
+from slide_fmu.systems.exudyn.equilibrium import equilibrium
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
 from slide_fmu.systems.exudyn.wires import InputTable, OutputTable, Variables, Wires
@@ -116,12 +117,12 @@ class WiredSystem(PlantSystem[WiredPlant]):
         """Return the static equilibrium under a constant input, shape (n_inputs,).
 
         Raises:
-            SimulationError: exudyn's static solver does not find it.
+            SimulationError: there is none, or it is not found.
             ValueError: the input is not finite.
         """
         held, model = self._finite_inputs("held input", held_input), self._model()
         model.wires.hold(held)
-        coordinates = model.plant.equilibrium()
+        coordinates = equilibrium(model.plant)
         return State(coordinates, np.zeros(len(coordinates)), held)
 
     def linearize(self, state: State) -> Linearization:

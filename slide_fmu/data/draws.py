@@ -59,6 +59,14 @@ within the range takes its place."""
 ATTEMPTS = 5
 """Number of draws for one trajectory; a system that fails on all of them cannot be a reference."""
 
+IN_TURN = (STREAMS["bound"], STREAMS["calibration"], TEST)
+"""In these streams all kinds of the mix take turns: what is promised and measured of a kind needs
+as many trajectories of a rare one as of a frequent one. Others draw the kinds by their weights."""
+
+SAME_KIND = 2
+"""Number of draws of the kind whose turn it is; if the system fails on all of them, any kind takes
+its place."""
+
 STABILITY = 6
 """This stream draws the inputs under which networks are tested for stability."""
 
@@ -127,6 +135,19 @@ class Stream:
         """Whether inputs may leave their ranges, which a recipe must ask for."""
         return self.factors[1] > 1.0
 
+    def kind_of(self, index: int, kinds: int, by_weight: int) -> int:
+        """Return the place, of so many, of the kind of trajectory ``index``, from 0.
+
+        It is the one that was drawn by its weight, unless kinds take turns. Then all come once in
+        each round, in an order of its own: parameters of a sequence with low discrepancy would
+        depend on the kind if the order were always the same.
+        """
+        if self.number not in IN_TURN:
+            return by_weight
+        number, place = divmod(index, kinds)
+        seeds = np.random.SeedSequence(self.seed, spawn_key=(self.number, number, 0, kinds))
+        return int(np.random.default_rng(seeds).permutation(kinds)[place])
+
 
 def split_stream(recipe: Recipe, split: str, index: int) -> Stream:
     """Return the stream that trajectory ``index`` of a split belongs to.
@@ -160,7 +181,8 @@ def draw(
 ) -> Draw:
     """Draw trajectory ``index``, from 0, of a stream; the result depends on the arguments alone.
 
-    The kind of motion is drawn too, unless its place in the recipe's mix is given.
+    The kind of motion is drawn too, unless it has its turn (``IN_TURN``), or its place in the
+    recipe's mix is given.
 
     A further ``attempt`` is another draw, for a trajectory that could not be simulated. Two
     systems of one recipe (a fast model and its reference) get the same inputs, but initial states
@@ -208,7 +230,10 @@ def _drawn_inputs(
     burn_in, count = round(recipe.data.burn_in / step), round(duration / step)
     factor = float(rng.uniform(*stream.factors))
     kinds = recipe.mix()
-    kind = choose_kind(kinds, rng) if kind is None else kind
+    if kind is None:
+        kind = choose_kind(kinds, rng)
+        if attempt < SAME_KIND:
+            kind = stream.kind_of(index, len(kinds), kind)
     chosen = kinds[kind]
     outer = drawing_kind(chosen, recipe.data.excitation, rng)
     finest = recipe.data.substeps if moves(system.inputs) else 1

@@ -27,7 +27,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe
 
-DRAWS = 1
+DRAWS = 2
 """This number rises when the same values of a recipe draw other motions."""
 
 AGAIN = "generate again (slide-fmu generate RECIPE), which makes it alone"

@@ -46,7 +46,8 @@ class Kind(Table, abc.ABC):
 
     Attributes:
         kind: name of the kind; required.
-        weight: relative frequency of this kind in the mix.
+        weight: relative frequency of this kind in the mix that networks learn from. Where a bound
+            is learnt and calibrated, and an FMU is measured, all kinds take turns.
         bends: whether inputs are smooth functions of time, curved between samples. Others are
             defined at samples only, and are linear in between.
         jumps: whether inputs change at once, so that moving ones jump between samples where the

@@ -124,6 +124,44 @@ def test_those_in_range_and_beyond_take_turns(in_range: float) -> None:
     assert recipe.draws_beyond(0) == (in_range == 0.0)
 
 
+THREE_KINDS = tiny_state_space_recipe(
+    data={
+        "excitation": [
+            {"kind": "held_random", "weight": 0.98},
+            {"kind": "harmonic", "weight": 0.01, "angular_frequency": (5.0, 60.0)},
+            {"kind": "rest", "weight": 0.01, "duration": (0.1, 0.5)},
+        ],
+    },
+)
+
+
+def kinds_of(stream: Stream, count: int) -> list[int]:
+    return [draw(THREE_KINDS, SYSTEM, stream, index).kind for index in range(count)]
+
+
+@pytest.mark.parametrize("number", [STREAMS["bound"], STREAMS["calibration"], TEST])
+def test_kinds_that_are_promised_take_turns_whatever_their_weights(number: int) -> None:
+    """Orders of the rounds differ, or sequences of parameters would go with the kinds."""
+    kinds = kinds_of(Stream(number, 8, (1.0, 1.0), 2.0), 60)
+    rounds = [tuple(kinds[first : first + 3]) for first in range(0, 60, 3)]
+    assert all(sorted(one) == [0, 1, 2] for one in rounds)
+    assert len(set(rounds)) > 3
+
+
+def test_kinds_of_the_training_come_by_their_weights() -> None:
+    kinds = kinds_of(Stream(STREAMS["train"], 8, (1.0, 1.0), 2.0), 60)
+    assert kinds.count(0) > 54
+
+
+def test_any_kind_takes_the_place_of_one_that_fails_again_and_again() -> None:
+    stream = Stream(TEST, 8, (1.0, 1.0), 2.0)
+    rare = next(index for index in range(3) if stream.kind_of(index, 3, 0) == 2)
+    attempts = [draw(THREE_KINDS, SYSTEM, stream, rare, n) for n in range(20)]
+    assert [one.kind for one in attempts[:2]] == [2, 2]
+    assert not np.array_equal(attempts[0].inputs, attempts[1].inputs)
+    assert [one.kind for one in attempts[2:]].count(0) > 12
+
+
 def test_burn_in_is_simulated_and_left_out() -> None:
     one = drawn("train", 0)
     trajectory = simulate_draw(SYSTEM, one)

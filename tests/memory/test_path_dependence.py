@@ -162,6 +162,81 @@ def test_step_in_which_all_is_forgotten_is_named_as_the_reason(
     assert found.startswith("window.step = 15 s is longer than 3.3 s")
 
 
+def judged(
+    measured: float, near: float | None, monkeypatch: pytest.MonkeyPatch
+) -> tuple[str | None, list[float]]:
+    """Compare decay times in s with 1 s by the equations: along motions, and near rest.
+
+    Returns:
+        The contradiction, and the decay times in s with which motions near rest were asked for.
+    """
+    asked = []
+
+    def rate(_: Any, expected: float) -> float | None:
+        asked.append(expected)
+        return None if near is None else np.log(1e-3) / near
+
+    def decay(time: float) -> Decay:
+        return Decay(np.array([np.log(1e-3) / time]), 1e-3)
+
+    monkeypatch.setattr(sizing, "_rate_near_rest", rate)
+    modes = SimpleNamespace(modes=(object(),), decay_time=1.0)
+    linearized: Any = SimpleNamespace(decay=decay(1.0), modes=modes)
+    about: Any = SimpleNamespace(system=SimpleNamespace(step=0.01))
+    return sizing.contradiction(about, linearized, decay(measured)), asked
+
+
+@pytest.mark.parametrize(
+    ("measured", "near", "contradicts"),
+    [
+        (3.0, 3.0, True),
+        (0.3, 0.3, True),
+        (3.0, 1.5, False),  # agrees near rest
+        (3.0, 0.3, False),  # contradicts there too, but in the other direction
+        (0.3, 3.0, False),
+        (3.0, None, True),  # nothing is known near rest
+        (1.5, 3.0, False),  # agrees along motions
+    ],
+)
+def test_equations_are_wrong_only_where_both_places_say_so_in_the_same_direction(
+    measured: float, near: float | None, contradicts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert (judged(measured, near, monkeypatch)[0] is not None) == contradicts
+
+
+@pytest.mark.parametrize(
+    ("measured", "longest"), [(3.0, 3.0), (0.3, 1.0), (-1.0, 1.0)], ids=["slow", "fast", "never"]
+)
+def test_motion_near_rest_lasts_for_the_longer_decay_that_is_finite(
+    measured: float, longest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rate above 0, here of -1 s, never decays."""
+    assert judged(measured, 3.0, monkeypatch)[1] == [pytest.approx(longest)]
+
+
+def test_rate_near_rest_is_that_of_the_mode_after_a_small_kick() -> None:
+    """The oscillator has the rate d / 2m = 4 1/s; the kick is a hundredth of the range."""
+    asked = []
+
+    class Heard(LinearOscillator):
+        def simulate(self, inputs: Any) -> Any:
+            asked.append(np.array(inputs))
+            return super().simulate(inputs)
+
+        def advance(self, inputs: Any) -> Any:
+            asked.append(np.array(inputs))
+            return super().advance(inputs)
+
+    system = Heard(damping=8.0, step=0.03)
+    about: Any = SimpleNamespace(system=system)
+    assert sizing._rate_near_rest(about, 1.2) == pytest.approx(-4.0, rel=0.02)
+    forces = np.concatenate([np.ravel(one) for one in asked])
+    (force,) = system.inputs
+    kick = sizing.KICK * 0.5 * (force.high - force.low)
+    assert 0.5 * kick < np.max(np.abs(forces - force.start_value)) <= kick
+    assert len(forces) == 2 * (sizing.KICK_SAMPLES + np.ceil(sizing.MEASURED_DECAYS * 1.2 / 0.03))
+
+
 @pytest.mark.parametrize("factor", [1.5, 1.0 / 1.5])
 def test_linearization_that_is_a_little_off_is_not_refused(
     factor: float, monkeypatch: pytest.MonkeyPatch

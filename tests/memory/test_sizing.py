@@ -18,7 +18,7 @@ from slide_fmu.cli.app import app
 from slide_fmu.core.figures import plain
 from slide_fmu.core.window import Window
 from slide_fmu.memory import motions
-from slide_fmu.memory.decay import Decay
+from slide_fmu.memory.decay import DECAY_MARGIN, Decay
 from slide_fmu.memory.decay_figures import SystemSizing
 from slide_fmu.memory.modes import UnstableModeError
 from slide_fmu.memory.sizing import (
@@ -152,7 +152,17 @@ def test_too_short_window_is_refused_with_the_numbers() -> None:
     margin = 'n_in = 101 has a margin for motions of any other seed, and n_in = "auto" finds'
     for part in (*parts, margin, "window.allow_short = true"):
         assert part in str(caught.value)
+    assert type(caught.value) is ShortWindowError  # the system forgets
     assert not found.figures().sufficient
+
+
+@pytest.mark.usefixtures("few_motions")
+def test_proposed_window_has_a_margin_above_the_slowest_of_the_measured_motions() -> None:
+    recipe = oscillator("LinearOscillator", n_in=80)
+    found = size_window(recipe, case_of(recipe).system)
+    spread = Decay(math.log(0.01) / np.array([1.0, 3.0]), 0.01)
+    with refused(ShortWindowError, f"n_in = {53 + math.ceil(DECAY_MARGIN * 3.0 / 0.03)} has a"):
+        require_window(recipe, replace(found, measured=spread))
 
 
 REMARK = (

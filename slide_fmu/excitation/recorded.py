@@ -5,19 +5,18 @@ from __future__ import annotations
 import hashlib
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from slide_fmu.core.measures import percent
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Signal, cosines_of
 from slide_fmu.core.units import behind
 from slide_fmu.excitation.base import Kind, PositiveRange
 from slide_fmu.excitation.descriptions import between
-
-TIME = "time"
-"""The usual name of the column of times, and its name in the key ``columns``."""
+from slide_fmu.record_files.inputs import InputTable, duration_of, read_inputs
 
 GRID = 10_000
 """Number of times in a file at which its inputs are compared with their ranges."""
@@ -25,22 +24,30 @@ GRID = 10_000
 CLIPPED = 0.8
 """A file is refused if more than this fraction of it would be clipped: its unit differs."""
 
+REST = 0.25
+"""Trajectories begin at most this part of their length before the file, at rest under its first
+value, as an FMU does."""
+
 
 class Recorded(Kind):
     """The inputs come from a file: each trajectory takes a part of it with a random start.
 
-    The file is CSV, with the names of its columns in the first line. One column is the time in s,
-    which rises; the others are inputs, in their units. Between samples an input moves linearly, or
-    is held if it has a zero-order hold. A trajectory longer than the file goes through it
-    forwards, then backwards, so that nothing jumps. Values beyond an input's range are clipped to
-    its ends; ``try`` and ``run`` say how many.
+    The file is CSV, Parquet, HDF5 or MAT. One column is the time, which rises, at any clock; the
+    others are inputs, in their units. Between samples an input moves linearly, or is held if it
+    has a zero-order hold. Before the file inputs rest at their first values. A trajectory longer
+    than the file goes through it forwards, then backwards, so that nothing jumps. Values beyond an
+    input's range are clipped to its ends; ``try`` and ``run`` say how many. CSV, too, needs the
+    extra ``records``.
 
     Attributes:
         path: the file, relative to the current folder or to the folder of the recipe.
         columns: names of columns by input, where they differ from the input's name; ``time`` is
-            the column of times.
+            the column of times, which is found by its name if not given.
         scale: range of the factor on the deviations from the column means, drawn uniformly, once
             for all inputs.
+        learnt: part of the file, in time from its beginning, of which trajectories are cut. The
+            rest is never learnt: it judges the FMU, as the row "your inputs" of report and card.
+            Values beyond a range are then refused. 0.5 is the first half; with 1 nothing judges.
         digest: SHA-256 of the file; it is added when the recipe is read. A file with another
             content is refused.
 
@@ -48,15 +55,40 @@ class Recorded(Kind):
         ValueError: the file cannot be read, or is not the one of the digest.
     """
 
+    bends: ClassVar[bool] = True  # a file may have several samples in a step, and bends at them
+
     kind: Literal["file"]
     path: str
     columns: dict[str, str] = Field(default={})
     scale: PositiveRange = (1.0, 1.0)
+    learnt: Annotated[float, Field(gt=0, le=1)] = 1.0
     digest: str | None = Field(default=None, repr=False)
 
     @property
-    def _time(self) -> str:
-        return self.columns.get(TIME, TIME)
+    def name(self) -> str:
+        """The name of the file, without its folder."""
+        return Path(self.path).name
+
+    @property
+    def judges(self) -> bool:
+        """Whether a part of the file judges the FMU."""
+        return self.learnt < 1.0
+
+    @property
+    def judging(self) -> str:
+        """The part that judges the FMU, in words."""
+        if self.learnt == 0.5:
+            return f"second half of {self.name}"
+        return f"last {percent(1.0 - self.learnt)} of {self.name}"
+
+    @property
+    def duration(self) -> float:
+        """Time in s from the first to the last sample of the file.
+
+        Raises:
+            ValueError: the file cannot be read, or has no times that rise.
+        """
+        return duration_of(self.path, self.columns)
 
     @model_validator(mode="before")
     @classmethod
@@ -73,37 +105,26 @@ class Recorded(Kind):
             )
         return {**values, "digest": digest}
 
+    def table(self, signals: tuple[Signal, ...]) -> InputTable:
+        """Return the inputs of the file; it is read once for each digest.
+
+        Raises:
+            ValueError: the file lacks an input, or has faults (``read_inputs``).
+        """
+        return _table(self.path, str(self.digest), tuple(self.columns.items()), signals)
+
     def check(self, signals: tuple[Signal, ...]) -> None:
         """Refuse a file that lacks an input or a rising time, or lies mostly outside a range.
 
         Raises:
             ValueError: the message names the fault in the file and the remedy.
         """
-        table = _read(self.path, str(self.digest))
-        wanted = [self._time, *(self.columns.get(s.name, s.name) for s in signals)]
-        missing = [name for name in wanted if name not in table]
-        if missing:
-            raise ValueError(
-                f"kind = 'file': {self.path!r} has no columns {missing}; it has {list(table)}: "
-                f"say which is which with columns = {{ {TIME} = COLUMN, INPUT = COLUMN }}"
-            )
-        for name in wanted:
-            wrong = np.flatnonzero(~np.isfinite(table[name]))
-            if len(wrong):
-                raise ValueError(
-                    f"kind = 'file': {self.path!r}, column {name!r}, line {wrong[0] + 2} is no "
-                    "finite number; expected numbers throughout: mend or cut the file"
-                )
-        steps = np.diff(table[self._time])
-        if len(steps) == 0 or not (steps > 0).all():
-            line = int(np.argmax(steps <= 0)) + 3 if len(steps) else 2
-            raise ValueError(
-                f"kind = 'file': {self.path!r}: the time does not rise at line {line}; expected "
-                "at least two samples whose times rise"
-            )
-        for signal in signals:
+        table = self.table(signals)
+        if self.judges:
+            table.require_in_range()
+        for signal, values in zip(signals, table.values.T, strict=True):
             if signal.angle is None:
-                self._require_mostly_in_range(signal, table[wanted[1 + signals.index(signal)]])
+                self._require_mostly_in_range(signal, values)
 
     def _require_mostly_in_range(self, signal: Signal, values: FloatArray) -> None:
         """Refuse values of which many would be clipped, as with another unit."""
@@ -123,18 +144,18 @@ class Recorded(Kind):
 
         Cosine and sine of an angle are never clipped.
         """
-        table = _read(self.path, str(self.digest))
-        times, shares = table[self._time], list[float]()
-        grid = np.linspace(times[0], times[-1], GRID)
-        for signal in signals:
-            values = table[self.columns.get(signal.name, signal.name)]
-            scaled = values.mean() + self.scale[1] * (values - values.mean())
-            share = _share_outside(signal, _sampled(times, scaled, grid, signal))
-            shares.append(share if signal.angle is None else 0.0)
-        return shares
+        table = self.table(signals)
+        mean = self._mean(table)
+        sampled = table.at(np.linspace(0.0, self.learnt * table.duration, GRID))
+        scaled = mean + self.scale[1] * (sampled - mean)
+        return [
+            _share_outside(signal, values) if signal.angle is None else 0.0
+            for signal, values in zip(signals, scaled.T, strict=True)
+        ]
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
-        text = f"the inputs are parts of the file {Path(self.path).name}"
+        of = f"the first {percent(self.learnt)}, in time, of " if self.judges else ""
+        text = f"the inputs are parts of {of}the file {self.name}"
         if self.scale == (1.0, 1.0):
             return text
         return f"{text}, whose deviations from the means are scaled by {between(self.scale)}"
@@ -151,33 +172,29 @@ class Recorded(Kind):
         The amplitude factor multiplies the deviations from the column means and the range to which
         inputs are clipped. Cosine and sine of an angle are neither scaled nor clipped.
         """
-        table = _read(self.path, str(self.digest))
-        times = table[self._time] - table[self._time][0]
-        elapsed = _to_and_fro(rng.uniform(0.0, times[-1]) + time - time[0], float(times[-1]))
-        scale = factor * rng.uniform(*self.scale)
+        table = self.table(signals)
+        length, lasts = self.learnt * table.duration, float(time[-1] - time[0])
+        latest = length - lasts if length >= lasts else length
+        begin = rng.uniform(-REST * lasts, latest)
+        inputs = table.at(_to_and_fro(np.maximum(begin + time - time[0], 0.0), length))
+        scale, mean = factor * rng.uniform(*self.scale), self._mean(table)
         turning = {index + i for index in cosines_of(signals) for i in (0, 1)}
-        columns = []
         for index, signal in enumerate(signals):
-            values = table[self.columns.get(signal.name, signal.name)]
-            cut = _sampled(times, values, elapsed, signal)
             if index not in turning:
                 middle, half = 0.5 * (signal.high + signal.low), 0.5 * (signal.high - signal.low)
-                scaled = values.mean() + scale * (cut - values.mean())
-                cut = np.clip(scaled, middle - factor * half, middle + factor * half)
-            columns.append(cut)
-        return np.stack(columns, axis=1)
+                scaled = mean[index] + scale * (inputs[:, index] - mean[index])
+                inputs[:, index] = np.clip(scaled, middle - factor * half, middle + factor * half)
+        return inputs
+
+    def _mean(self, table: InputTable) -> FloatArray:
+        """Return the means of the inputs, (n_inputs,), in the part that is learnt."""
+        learnt = table.times <= self.learnt * table.duration
+        return np.asarray(table.values[learnt].mean(axis=0))
 
 
 def _share_outside(signal: Signal, values: FloatArray) -> float:
     """Return the share of values that lie outside of the range of a signal."""
     return float(np.mean((values < signal.low) | (values > signal.high)))
-
-
-def _sampled(times: FloatArray, values: FloatArray, at: FloatArray, signal: Signal) -> FloatArray:
-    """Return values (N,) at other times in s, by the signal's hold."""
-    if signal.hold == "zero_order":
-        return np.asarray(values[np.searchsorted(times, at, side="right") - 1])
-    return np.interp(at, times, values)
 
 
 def _to_and_fro(elapsed: FloatArray, length: float) -> FloatArray:
@@ -194,16 +211,8 @@ def _content(path: str) -> bytes:
 
 
 @lru_cache(maxsize=8)
-def _read(path: str, digest: str) -> dict[str, FloatArray]:
-    """Read the columns of a file by name, once for each digest."""
-    lines = _content(path).decode("utf-8-sig", errors="replace").splitlines()
-    names = [name.strip().strip('"') for name in lines[0].split(",")] if lines else []
-    wrong = [k for k, line in enumerate(lines, 1) if line.count(",") + 1 != len(names)]
-    if len(lines) < 3 or wrong:
-        where = f"; line {wrong[0]} has another number of values" if wrong else ""
-        raise ValueError(
-            f"kind = 'file': {path!r} has {len(lines)} lines and the names {names}{where}; "
-            "expected columns of numbers, separated by commas, with their names in the first line"
-        )
-    values = np.genfromtxt(lines[1:], delimiter=",", ndmin=2)
-    return dict(zip(names, values.T, strict=True))
+def _table(
+    path: str, digest: str, columns: tuple[tuple[str, str], ...], signals: tuple[Signal, ...]
+) -> InputTable:
+    """Read the inputs of a file, once for each digest."""
+    return read_inputs(path, signals, dict(columns))

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from typing import Any
 
 from slide_fmu.excitation.kinds import moving_by_themselves
+from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import StateSpaceRecipe
@@ -256,17 +257,46 @@ def require_long_trajectories(recipe: Recipe) -> None:
             )
 
 
+def require_judges_among_data(recipe: Recipe) -> None:
+    """Refuse files of which a part judges, but whose kind is not one of the data."""
+    for table, kinds in recipe.tables_of_kinds().items():
+        for kind in kinds:
+            if table != "data" and isinstance(kind, Recorded) and kind.judges:
+                raise ValueError(
+                    f"{table}.excitation has the file {kind.name!r} with learnt = "
+                    f"{kind.learnt:g}; expected 1 there, since only files of data.excitation "
+                    "judge an FMU: remove learnt, or move the table"
+                )
+
+
+def require_long_files(recipe: Recipe) -> None:
+    """Refuse files whose learnt or judging part is shorter than the input window."""
+    window = recipe.window.n_in * recipe.window.step
+    for kind in recipe.data.excitation:
+        if not (isinstance(kind, Recorded) and kind.judges):
+            continue
+        lasts, least = kind.duration, window / min(kind.learnt, 1.0 - kind.learnt)
+        if lasts < least:
+            raise ValueError(
+                f"data.excitation: {kind.name!r} lasts {lasts:.4g} s, of which "
+                f"{kind.learnt * lasts:.4g} s are learnt and the rest judges; expected at least "
+                f"{least:.4g} s, so that each part lasts an input window of {window:.4g} s "
+                f"(window.n_in = {recipe.window.n_in}): record for longer, or leave the file out"
+            )
+
+
 CHECKS = (
     require_parameters,
     require_fitting_tables,
     require_bound,
     require_kinds_in_one_table,
     require_other_kinds,
+    require_judges_among_data,
     require_beyond_learnt,
     require_data_of_estimator,
     require_fitting_into_memory,
 )
 """All checks: each takes a recipe, and raises a ValueError with key, value and remedy."""
 
-CHECKS_OF_LENGTHS = (require_lags_in_window, require_long_trajectories)
+CHECKS_OF_LENGTHS = (require_lags_in_window, require_long_trajectories, require_long_files)
 """Checks that need the lengths of window and trajectories."""

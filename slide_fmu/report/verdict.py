@@ -17,7 +17,7 @@ from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import timing_text
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.error_figures import Timing
-from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, Call, Row, row_at
+from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, YOURS, Call, Row, row_at
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 
 MOST_NAMED = 3
@@ -37,13 +37,14 @@ CONFIDENCE = 0.95
 
 
 def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return three sentences about an FMU; none of one that was not measured."""
+    """Return three sentences about an FMU, after one on your inputs; none if not measured."""
     if not rows:
         return ()
     call = call_of(rows)
     main = main_rows(rows, call)
-    return tuple(
-        sentences(
+    return (
+        *on_your_inputs(rows),
+        *sentences(
             "verdict.txt",
             call=CALLS[call],
             main=main,
@@ -55,8 +56,18 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
             most_named=MOST_NAMED,
             examples=EXAMPLES,
             **_to_avoid(rows, call),
-        )
+        ),
     )
+
+
+def on_your_inputs(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return a sentence or two on each file of inputs that judges an FMU; none without one."""
+    call = call_of(rows)
+    yours = dict.fromkeys(row.inputs for row in rows if row.group == YOURS)
+    at = ([row_at(rows, YOURS, name, call, n) for n in (1.0, float(FINER))] for name in yours)
+    files = [[row for row in one if row is not None] for one in at]
+    known = [one for one in files if one]
+    return tuple(sentences("your_inputs.txt", call=CALLS[call], files=known))
 
 
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:

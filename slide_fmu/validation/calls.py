@@ -25,7 +25,7 @@ from slide_fmu.fmu.description.variables import (
     known_inputs,
 )
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.whole_run import run_fmu
+from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.validation.input_courses import InputCourse, Stairs
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
 
@@ -161,23 +161,12 @@ def answers(
             f"a communication step of {step:g} s for a motion of "
             f"{motion.grid * (len(motion.truth) - 1):g} s; expected a shorter one"
         )
-    known_by = known_inputs(fmu.references)
-    ahead = 1.0 if call == "known" and known_by == AT_STEP_END else 0.0
-    times = step * (np.arange(count, dtype=np.float64) + ahead)
-    rows = motion.course(times)
-    columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
     names = [signal.name for signal in outputs]
     bounds = [ERROR_BOUND.format(signal=name) for name in names]
     estimates = [ERROR_ESTIMATE.format(signal=name) for name in names]
     wanted = (*names, *bounds, *estimates, *TRUST)
     known = [name for name in wanted if name in fmu.references]
-    parameters, held = dict(motion.parameters), known_by == HELD
-    if call == "known":
-        parameters[known_by] = 1.0
-    elif held and isinstance(motion.course, Stairs) and _same(step, motion.course.step, fmu.step):
-        # at this step nobody can tell stairs from samples of a smooth signal: the user says so
-        parameters[HELD] = 1.0
-    run = run_fmu(fmu, columns, known, parameters, step)
+    run = run_in_call(fmu, inputs, motion.course, known, (call, step, count), motion.parameters)
     at, places = motion.points(step)
     by_name = dict(zip(known, run.values[at].T, strict=True))
 
@@ -198,6 +187,41 @@ def answers(
         in_domain=by_name.get(IN_DOMAIN),
         seconds=run.seconds,
     )
+
+
+def run_in_call(
+    fmu: UnpackedFmu,
+    inputs: Sequence[Signal],
+    course: InputCourse,
+    wanted: Sequence[str],
+    steps: tuple[Call, float, int],
+    parameters: Mapping[str, float],
+) -> Run:
+    """Run a fresh instance of an FMU under some inputs, as ``answers`` does.
+
+    Args:
+        fmu: the unpacked FMU.
+        inputs: its inputs.
+        course: the inputs over time.
+        wanted: names of the variables to record.
+        steps: the call, the communication step in s, and the number of steps.
+        parameters: values of physical parameters by name.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    call, step, count = steps
+    known_by = known_inputs(fmu.references)
+    ahead = 1.0 if call == "known" and known_by == AT_STEP_END else 0.0
+    rows = course(step * (np.arange(count, dtype=np.float64) + ahead))
+    columns = {signal.name: rows[:, index] for index, signal in enumerate(inputs)}
+    parameters, held = dict(parameters), known_by == HELD
+    if call == "known":
+        parameters[known_by] = 1.0
+    elif held and isinstance(course, Stairs) and _same(step, course.step, fmu.step):
+        # at this step nobody can tell stairs from samples of a smooth signal: the user says so
+        parameters[HELD] = 1.0
+    return run_fmu(fmu, columns, wanted, parameters, step)
 
 
 def _same(*steps: float) -> bool:

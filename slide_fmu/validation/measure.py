@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from slide_fmu.core.measures import size_about
 from slide_fmu.core.progress import Progress, Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.answers import asked_of_sources
@@ -30,7 +31,16 @@ from slide_fmu.validation.calls import (
 from slide_fmu.validation.constant_inputs import constant_motions
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SEARCH, SMOOTH, Call, Row
+from slide_fmu.validation.row import (
+    ALL,
+    FINER,
+    OF_TRAINING,
+    SEARCH,
+    SMOOTH,
+    YOURS,
+    Call,
+    Row,
+)
 from slide_fmu.validation.smooth_inputs import (
     STEPS,
     TRAJECTORIES,
@@ -39,6 +49,7 @@ from slide_fmu.validation.smooth_inputs import (
     smooth_motions,
 )
 from slide_fmu.validation.user_inputs import user_motions
+from slide_fmu.validation.your_inputs import JudgingPart, judging_parts, your_motions
 
 Calls = Sequence[tuple[Call, float]]
 """Calls, each with the number of its communication steps in the surrogate's own step."""
@@ -237,8 +248,9 @@ def motions_between(
 def further_rows(
     system: System, meter: Meter, in_range: Validation, case: Case, bar: Stages
 ) -> list[Row]:
-    """Measure smooth and constant inputs, and inputs as users set them; records have none."""
+    """Measure your inputs, smooth and constant ones, and such as users set; records have none."""
     surrogate, rows = meter.surrogate, list[Row]()
+    rows += your_rows(meter, case, judging_parts(case.recipe, surrogate), bar)
     rows += _smooth_rows(meter, in_range, case, bar("smooth inputs"))
     truth = np.concatenate([comparison.reference for comparison in in_range.comparisons])
     resting = meter.relative_to(truth.std(axis=0))
@@ -247,6 +259,28 @@ def further_rows(
     as_set = bar("inputs as users set them")
     for label, motions in user_motions(surrogate, case, in_range.task, as_set).items():
         rows += meter.rows({label: motions}, meter.usual_calls())
+    return rows
+
+
+def your_rows(meter: Meter, case: Case, parts: Sequence[JudgingPart], bar: Stages) -> list[Row]:
+    """Measure parts of files of inputs; errors are relative to what the reference does there.
+
+    Raises:
+        CoSimulationError: an FMU reports an error.
+        SimulationError: the reference could not be simulated.
+    """
+    rows: list[Row] = []
+    if not parts:
+        return rows
+    moving, progress = meter.surrogate.hold == "first_order", bar(YOURS)
+    by_steps: dict[float, dict[InputsLabel, MeasuredMotion]] = {}
+    for call, steps in meter.usual_calls():
+        as_set = 1.0 if moving else steps  # held inputs follow the importer's step
+        if as_set not in by_steps:
+            by_steps[as_set] = your_motions(meter.surrogate, case, parts, as_set, progress)
+        for label, motion in by_steps[as_set].items():
+            size = size_about(motion.truth[round(motion.first / motion.grid) :])
+            rows += meter.relative_to(size).rows({label: [motion]}, [(call, steps)])
     return rows
 
 

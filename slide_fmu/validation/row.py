@@ -19,7 +19,8 @@ Call = Literal["plain", "known", "model"]
 it sets what they reach by the step's end. ``model``: the plain call of the finest model in the
 place of the FMU, which holds its inputs over the step."""
 
-SMOOTH, CONSTANT, AS_SET, SEARCH = (
+YOURS, SMOOTH, CONSTANT, AS_SET, SEARCH = (
+    "your inputs",
     "smooth inputs",
     "constant inputs",
     "as users set them",
@@ -27,7 +28,7 @@ SMOOTH, CONSTANT, AS_SET, SEARCH = (
 )
 """Groups of inputs besides those of ``slide_fmu.validation.task``."""
 
-GROUPS = (IN_RANGE, SMOOTH, CONSTANT, AS_SET, HELD_OUT, BEYOND, SEARCH)
+GROUPS = (YOURS, IN_RANGE, SMOOTH, CONSTANT, AS_SET, HELD_OUT, BEYOND, SEARCH)
 """All groups in the order in which they are shown."""
 
 ALL = "all kinds"
@@ -60,7 +61,7 @@ class RowOutput:
     Attributes:
         name, unit: of the output.
         relative_rmse: RMSE over the RMS of the reference about its mean in range; at constant
-            inputs, over that RMS in range.
+            inputs, over that RMS in range; of your inputs, about its mean under these.
         rmse, largest_error: in the output's unit.
         covered: share of the samples whose error stays below the 95 % bound; None without one.
         width: mean bound over the usual level; None without a bound, or where that is not known.

@@ -18,16 +18,13 @@ import numpy as np
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
-from slide_fmu.data.draws import Draw, drawn_outputs
 from slide_fmu.excitation.descriptions import between
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
-from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
-from slide_fmu.validation.input_courses import course_of
+from slide_fmu.validation.reference_motion import finest, reference_motion
 from slide_fmu.validation.row import AS_SET
-from slide_fmu.validation.smooth_inputs import fine_truth
 from slide_fmu.validation.task import Task, entropy_of
 from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.waveforms import (
@@ -239,7 +236,11 @@ def user_motions(
     channels = channels_of(recipe, case.reference, window.n_in * window.step)
     moving = any(channel.speed is not None for channel in channels)
     kinds = OF_MOTIONS if moving else OF_INPUTS
-    fine = None if moving else _fine(case)
+    fine = None if moving else finest(case)
+    step = recipe.window.step
+    burn_in = round(recipe.data.burn_in / step)
+    first = max(burn_in + 1, surrogate.network.memory_length)
+    samples = burn_in + round(task.duration_of(recipe) / step), first
     done, total = 0, TRAJECTORIES * len(kinds)
     by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
     progress(0, total)
@@ -250,7 +251,7 @@ def user_motions(
             inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
             drawn.append(inputs)
             try:
-                motions.append(_motion(surrogate, case, task, inputs, fine))
+                motions.append(reference_motion(surrogate, case, inputs, fine, samples))
             except SimulationError as error:
                 failed.append(str(error))
             done += 1
@@ -258,28 +259,3 @@ def user_motions(
         words = name_with_ranges(name, channels, [inputs.waveforms for inputs in drawn])
         by_label[InputsLabel(AS_SET, words, tuple(failed))] = motions
     return by_label
-
-
-def _fine(case: Case) -> System | None:
-    """Return the reference with its own fine step; None if it has none."""
-    try:
-        return case.reference_as_it_runs()
-    except LoadError:
-        return None
-
-
-def _motion(
-    surrogate: Surrogate, case: Case, task: Task, inputs: UserInput, fine: System | None
-) -> MeasuredMotion:
-    """Simulate one input, or raise a SimulationError."""
-    recipe, step = case.recipe, case.recipe.window.step
-    burn_in = round(recipe.data.burn_in / step)
-    count = burn_in + round(task.duration_of(recipe) / step)
-    first = max(burn_in + 1, surrogate.network.memory_length) * step
-    if fine is not None:
-        times = case.finer_steps
-        return MeasuredMotion(inputs, fine_truth(fine, inputs, count * times), step / times, first)
-    rows = inputs(step * np.arange(count, dtype=np.float64))
-    drawn = Draw(0, 1.0, None, rows, burn_in)
-    course = course_of(drawn, surrogate.inputs, step, surrogate.planned)
-    return MeasuredMotion(course, drawn_outputs(case.reference, drawn), step, first)

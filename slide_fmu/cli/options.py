@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from slide_fmu.core.file_kinds import record_formats
+
 RecipeArgument = Annotated[Path, typer.Argument(help="The recipe, such as training/duffing.toml.")]
 FmuArgument = Annotated[Path, typer.Argument(help="The FMU, made by slide-fmu.")]
 
@@ -35,6 +37,16 @@ JsonOption = Annotated[
     ),
 ]
 RunsOption = Annotated[Path, typer.Option("--runs", help="Folder for data, training and reports.")]
+InputsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--inputs",
+        metavar="FILE",
+        help=f"File of your own inputs ({record_formats()}) with times and a column for each. Its "
+        "first half is learnt from; the second half judges the FMU, first of all, as 'your "
+        "inputs'.",
+    ),
+]
 WorkersOption = Annotated[
     int | None,
     typer.Option(

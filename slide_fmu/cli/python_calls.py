@@ -82,6 +82,7 @@ def run(
     trajectories: int | None = None,
     workers: int | None = None,
     threads: int = 1,
+    inputs: str | Path | None = None,
 ) -> RunResult:
     """Do all stages of a recipe file, as ``slide-fmu run`` does.
 
@@ -95,6 +96,7 @@ def run(
         trajectories: number of unseen trajectories to measure the FMU on; the recipe's if None.
         workers: processes that simulate, as for ``learn``.
         threads: threads of the training.
+        inputs: file of your own inputs, whose second half judges the FMU; None for the recipe's.
 
     Returns:
         The surrogate, with its FMU, report and measured error.
@@ -111,7 +113,10 @@ def run(
     from slide_fmu.pipeline.job import open_job
 
     def opened(bar: Stages, tell: Tell) -> Job:
-        return open_job(Path(recipe), Path(runs), bar, seed, data_seed, tell=tell)
+        file = None if inputs is None else Path(inputs)
+        return open_job(
+            Path(recipe), Path(runs), bar, seed, data_seed, tell=tell, inputs_file=file
+        )
 
     processes = simulating_processes({}, workers, "run")
     return whole_way(opened, processes, threads, trajectories)

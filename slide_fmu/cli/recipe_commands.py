@@ -24,6 +24,7 @@ from slide_fmu.cli.console import (
 from slide_fmu.cli.options import (
     DataSeedOption,
     ExecutorOption,
+    InputsOption,
     JsonOption,
     RecipeArgument,
     RunsOption,
@@ -145,6 +146,7 @@ def init(
             "they do not.",
         ),
     ] = False,
+    inputs_file: InputsOption = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
@@ -171,6 +173,7 @@ def init(
             time=time,
             loops=tuple(loops or ()),
             jumps=jumps,
+            inputs_file=inputs_file,
         )
         proposal = write_first_recipe(options, place, force, bar, console.print)
     show_draft(proposal)
@@ -212,6 +215,7 @@ def run(
     runs: RunsOption = Path("runs"),
     workers: WorkersOption = None,
     threads: ThreadsOption = 1,
+    inputs_file: InputsOption = None,
 ) -> None:
     """Do everything: find the window, make data, train, write the FMU, measure it."""
     with errors():
@@ -222,7 +226,9 @@ def run(
     from slide_fmu.report.quality import require_quality
 
     with progress_bars(GOES_ON) as bar:
-        job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
+        job = open_job(
+            recipe, runs, bar, seed, data_seed, inputs_file=inputs_file, tell=console.print
+        )
         show_resolved(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads)
     figures = finished.figures

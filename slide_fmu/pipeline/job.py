@@ -6,6 +6,7 @@ Where a recipe leaves lengths open, they are found once, and kept in its run fol
 from __future__ import annotations
 
 import math
+import os
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -34,6 +35,7 @@ from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.places import RecipeFile
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.your_inputs import with_inputs
 from slide_fmu.systems.base import System
 from slide_fmu.validation.validate import origin_of_data
 
@@ -102,8 +104,12 @@ def open_job(
     data_seed: int | None = None,
     patience: float = math.inf,
     tell: Tell = silent,
+    inputs_file: Path | None = None,
 ) -> Job:
     """Read a recipe, and find its run folder and its open lengths.
+
+    A file of inputs becomes a kind of its data, as if the recipe named it: so all that is kept
+    depends on it, and the FMU names it, too.
 
     The training seed replaces the seeds of initialisation and order of windows; the data seed
     replaces the seed of the trajectories. The search for lengths ends after the patience, in s.
@@ -118,17 +124,23 @@ def open_job(
     text = read_recipe_text(recipe_path)
     make_importable(recipe_path.parent, Path.cwd())
     seeds = training_seed, data_seed
+    if inputs_file is not None:
+        path = Path(os.path.relpath(inputs_file, recipe_path.parent)).as_posix()
+        text = with_inputs(text, recipe_path, path)
     job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
-    command = _command(recipe_path, training_seed, data_seed)
+    command = _command(recipe_path, training_seed, data_seed, inputs_file)
     for remark in remarks_on_app_tables(job.recipe):
         tell(remark)
     return replace(job, recipe_folder=recipe_path.parent.resolve(), command=command, tell=tell)
 
 
-def _command(recipe: Path, training_seed: int | None, data_seed: int | None) -> str:
+def _command(
+    recipe: Path, training_seed: int | None, data_seed: int | None, inputs_file: Path | None
+) -> str:
     """Return the command that makes the surrogate of a recipe, which may lie in any folder."""
-    seeds = {"--seed": training_seed, "--data-seed": data_seed}
-    given = [f"{option} {seed}" for option, seed in seeds.items() if seed is not None]
+    file = None if inputs_file is None else quote(inputs_file.name)
+    options = {"--seed": training_seed, "--data-seed": data_seed, "--inputs": file}
+    given = [f"{option} {value}" for option, value in options.items() if value is not None]
     return " ".join(["slide-fmu run", quote(recipe.name), *given])
 
 

@@ -12,6 +12,7 @@ from slide_fmu.core.file_kinds import SPREADSHEETS, file_of_another_kind
 from slide_fmu.core.signals import LARGEST, Hold
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.propose.first_look import FirstLook
+from slide_fmu.propose.inputs_file import seen_in_file
 from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
 from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
@@ -22,6 +23,9 @@ MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
 FINE = ("function", "fmu")
 """Models of these kinds step more finely than their surrogate, and let inputs move meanwhile."""
+
+IN_FILE = f"Seen in the file of your inputs, and widened by {100 * MARGIN:.0f} % at both ends."
+"""Origin of the range of an input that neither the user nor the model gives."""
 
 Ranges = Mapping[str, tuple[float, float] | None]
 """Ranges of inputs by name, in their units; None for the model's range."""
@@ -57,9 +61,11 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
 
 
 def draft_inputs(
-    declared: DeclaredModel, given: Ranges, hold: Hold | None = None
+    declared: DeclaredModel, given: Ranges, hold: Hold | None = None, file: Path | None = None
 ) -> list[DraftSignal]:
     """Return the inputs of the surrogate, with the user's ranges or the model's.
+
+    Where neither gives one, the range is that of a ``file`` of inputs, and a little wider.
 
     Inputs without a hold in the model move between samples if the model steps more finely than its
     surrogate; ``hold`` is the user's choice instead.
@@ -70,6 +76,7 @@ def draft_inputs(
     Raises:
         RecipeError: a name is not one of the model, a range is not known, or the model declares
             its signals itself.
+        RecordError: the file cannot be read, lacks an input, or has a fault.
     """
     if declared.kind == "class":
         _require_declared("input", declared, {name: _ends(r) for name, r in given.items()})
@@ -83,7 +90,11 @@ def draft_inputs(
         )
     if hold is not None:
         chosen = {name: SignalTable(hold=hold).over(table) for name, table in chosen.items()}
-    return [_input(name, table, given.get(name), declared.kind) for name, table in chosen.items()]
+    seen = {} if file is None else seen_in_file(file, chosen)
+    return [
+        _input(name, table, given.get(name), declared.kind, seen.get(name))
+        for name, table in chosen.items()
+    ]
 
 
 def draft_outputs(declared: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
@@ -199,16 +210,22 @@ def _require_once(what: str, name: str, before: Container[str]) -> None:
 
 
 def _input(
-    name: str, table: SignalTable, given: tuple[float, float] | None, kind: str
+    name: str,
+    table: SignalTable,
+    given: tuple[float, float] | None,
+    kind: str,
+    seen: tuple[float, float] | None,
 ) -> DraftSignal:
-    """Return an input with its range, from the user or from the model."""
+    """Return an input with its range, from the user, from the model, or around a file's values."""
     origin = "The model declares the range."
+    if given is None and table.range is None and seen is not None:
+        table, origin = _with_given_range(table, widened(*seen), IN_FILE)
     if given is not None:
-        table, origin = _with_given_range(table, given)
+        table, origin = _with_given_range(table, given, "The range was given.")
     if table.range is None:
         raise RecipeError(
             f"input {name!r} ({table.unit or 'no unit'}): the model declares no range; "
-            f"expected one: give --input {name}=LOW..HIGH"
+            f"expected one: give --input {name}=LOW..HIGH, or a file of inputs by --inputs"
         )
     if table.hold is None and kind != "class":
         moves = kind in FINE or table.unit in MOVING
@@ -232,13 +249,15 @@ _ACTS: dict[Hold, str] = {
 """Comment of a recipe for each hold."""
 
 
-def _with_given_range(table: SignalTable, given: tuple[float, float]) -> tuple[SignalTable, str]:
-    """Return an input with the user's range, and the comment on it.
+def _with_given_range(
+    table: SignalTable, given: tuple[float, float], origin: str
+) -> tuple[SignalTable, str]:
+    """Return an input with a range that is not the model's, and the comment on it.
 
     A model's start value is often 0, even if this is out of the range: then the nearest end is
     used.
     """
-    start, origin = table.start, "The range was given."
+    start = table.start
     if start is not None and not given[0] <= start <= given[1]:
         origin += f" The model's start value, {start:g}, lies outside, so it starts at its end."
         start = given[0] if start < given[0] else given[1]

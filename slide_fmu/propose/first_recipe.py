@@ -33,11 +33,16 @@ def write_first_recipe(
     """
     models = [options.model, *options.further]
     require_models(models)
-    chain = [] if options.chain is None else [str(options.chain)]
-    _require_other(place, [*models, *chain])
+    further = [str(file) for file in (options.chain, options.inputs_file) if file is not None]
+    _require_other(place, [*models, *further])
     if not force:
         _require_free(place)  # before the model is simulated
     proposal = propose_unsimulated(options)
+    if proposal is not None and options.inputs_file is not None:
+        raise ValueError(
+            f"--inputs {str(options.inputs_file)!r} with the record {options.model!r}; expected a "
+            "model that is simulated: a record holds the inputs that judge, so leave it out"
+        )
     if proposal is None:
         _require_one(models, options.time)
         written = write_template(options.model, options.kind)

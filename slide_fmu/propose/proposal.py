@@ -33,12 +33,14 @@ from slide_fmu.propose.first_look import (
     look,
     taken_step,
 )
+from slide_fmu.propose.inputs_file import require_in_ranges, with_file
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
 from slide_fmu.propose.surrogate_model import as_surrogate
 from slide_fmu.recipe.default_excitation import InputKind, default_excitation, further_excitation
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
+from slide_fmu.recipe.your_inputs import lines_of_inputs, table_of_inputs
 from slide_fmu.systems.base import System, chain_of
 from slide_fmu.systems.declared import DeclaredModel, SignalTable
 from slide_fmu.systems.errors import LoadError
@@ -77,6 +79,7 @@ class InitOptions:
         time: column of times, for files that have one.
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
         jumps: whether inputs that move may jump at any time.
+        inputs_file: file of the user's own inputs, from here; None without one.
     """
 
     model: str
@@ -93,6 +96,7 @@ class InitOptions:
     time: str | None = None
     loops: tuple[str, ...] = ()
     jumps: bool = False
+    inputs_file: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -159,6 +163,7 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
 
     Raises:
         LoadError: the model cannot be made.
+        RecordError: a file of inputs cannot be read, or leaves the ranges of the inputs.
         RecipeError: the range of an input is not known, a name is not one of the model, signals of
             a class are chosen, the inputs are not the set points of the given chain, or the name
             of the recipe is invalid.
@@ -173,13 +178,16 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     make_importable(Path(options.model).parent)
     declarations = _begin(options)
     require_pairs(options.loops, declarations.system)
+    of_file = []
+    if options.inputs_file is not None:
+        of_file = [require_in_ranges(options.inputs_file, declarations.system.inputs)]
     seen = _look(declarations, options, progress)
     outputs, left_out = ranged_outputs(declarations.outputs, seen, chosen=bool(options.outputs))
     draft = _with_loops(options.loops, declarations, _draft(options, declarations, seen, outputs))
     on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
     before = (*declarations.declared.remarks, *_on_inputs(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
-    remarks = (*before, *seen.remarks, *left_out, *of_loops)
+    remarks = (*before, *of_file, *seen.remarks, *left_out, *of_loops)
     return Proposal(recipe_text(draft), draft, remarks)
 
 
@@ -234,7 +242,7 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     declared = as_surrogate(describe_model(options.model, options.kind), bool(options.outputs))
     declared = _as_it_runs(declared, options)
     inputs, outputs = (
-        draft_inputs(declared, options.inputs, options.hold),
+        draft_inputs(declared, options.inputs, options.hold, options.inputs_file),
         draft_outputs(declared, options.outputs),
     )
     chain = proposed_chain(declared.model, options.chain, inputs)
@@ -276,7 +284,9 @@ def _require_jumping(kind: InputKind, turning: bool) -> None:
 def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progress) -> FirstLook:
     """Simulate the model for its step, and for ranges unless it declares them."""
     declared, system = declarations.declared, declarations.system
-    excitation = None if declarations.own else declarations.tables
+    excitation, file = None if declarations.own else declarations.tables, options.inputs_file
+    if excitation is not None and file is not None:
+        excitation = partial(with_file, excitation, str(file))
     driven = declarations.kind in ("set_points", "angle")
     settings = FirstLookSettings(
         declarations.specification,
@@ -299,7 +309,11 @@ def _draft(
     """Return the contents of the recipe."""
     declared, chain = declarations.declared, declarations.chain.path
     step, origin, fmu_step = _run_by_steps(declarations, options, seen)
-    name = proposed_name(declared.model, options.name)
+    name, tables = proposed_name(declared.model, options.name), declarations.tables(step)
+    inputs_file: list[str] = []
+    if options.inputs_file is not None:
+        path = _from_folder(str(options.inputs_file), options.folder)
+        inputs_file = lines_of_inputs(table_of_inputs(path, tables))
     return ModelDraft(
         name,
         f"{name}: inputs {names_of(declarations.inputs)}, outputs {names_of(outputs)}",
@@ -308,7 +322,7 @@ def _draft(
         step,
         origin,
         replace(declared, model=_from_folder(declared.model, options.folder)),
-        declarations.tables(step),
+        tables,
         declares_signals=declarations.own,
         further=further_excitation(
             step, declarations.kind, bool(cosines_of(declarations.system.inputs))
@@ -318,6 +332,7 @@ def _draft(
         substeps=_substeps(declarations, step, fmu_step, options.jumps),
         fmu_step=fmu_step,
         jumps=options.jumps if declarations.kind == "moving" else None,
+        inputs_file=inputs_file,
     )
 
 

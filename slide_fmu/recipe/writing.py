@@ -87,6 +87,7 @@ class ModelDraft(Draft):
         fmu_step: step in s by which an importer runs the FMU; None if its inputs move smoothly.
         loops: loops in which motions are drawn.
         jumps: whether inputs that move may jump; None where they cannot.
+        inputs_file: lines of the table of the user's own inputs.
     """
 
     declared: DeclaredModel
@@ -99,6 +100,7 @@ class ModelDraft(Draft):
     fmu_step: float | None = None
     loops: tuple[DraftLoop, ...] = ()
     jumps: bool | None = None
+    inputs_file: Sequence[str] = ()
 
 
 def recipe_text(draft: ModelDraft) -> str:
@@ -196,7 +198,7 @@ def _further_lines(kinds: Sequence[KindTable]) -> list[str]:
         "inputs from coarse tables and from importers with longer steps are. The bound is not "
         "calibrated on them, so it may cover less than 95 % of their errors."
     )
-    return [*lines, *_tables("bound.excitation", kinds)] if kinds else []
+    return [*lines, *kind_tables("bound.excitation", kinds)] if kinds else []
 
 
 _STABILITY = (
@@ -327,14 +329,14 @@ def _excitation_lines(draft: ModelDraft) -> list[str]:
     lines = comment_lines(
         "Each of these tables is a kind of input for the training. Its weight says how often it "
         "is drawn. Amplitudes are parts of half the range of an input. Angular frequencies are in "
-        "rad/s, durations in s. To use recorded inputs of your own, add a table with kind = "
-        '"file" and the path of a CSV file.'
+        "rad/s, durations in s. slide-fmu run --inputs FILE adds inputs of your own, from a file."
     )
     lines += comment_lines(_LIMITS.get(draft.kind_of_inputs, ""))
-    return [*lines, *_tables("data.excitation", draft.excitation)]
+    return [*lines, *kind_tables("data.excitation", draft.excitation), *draft.inputs_file]
 
 
-def _tables(name: str, kinds: Sequence[KindTable]) -> list[str]:
+def kind_tables(name: str, kinds: Sequence[KindTable]) -> list[str]:
+    """Write kinds of excitation as the tables of a name."""
     lines = []
     for table in kinds:
         lines += [f"[[{name}]]", *(f"{key} = {value_text(v)}" for key, v in table.items()), ""]

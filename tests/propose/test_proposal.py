@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
+from slide_fmu.core.search_path import make_importable
 from slide_fmu.data import simulation_time
+from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
 from slide_fmu.propose import first_look
@@ -456,3 +459,51 @@ def test_window_that_is_too_short_is_told_once(
     allowed = invoke("try", "lag.toml")
     assert allowed.exit_code == 0
     assert allowed.output.count("are truncated, but initial effects need") == 1
+
+
+def write_drive(folder: Path, force: float = 1.5, names: str = "time,force,spare") -> Path:
+    """A file of inputs, whose spare reaches 0.9 of the model's 1."""
+    path = folder / "drive.csv"
+    rows = [f"{0.05 * k},{force * math.sin(0.1 * k)},{0.9 * (k % 2)}" for k in range(400)]
+    path.write_text("\n".join([names, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_file_of_inputs_gives_ranges_a_kind_and_a_judge(lag: Path) -> None:
+    write_drive(lag.parent)
+    (lag.parent / "recipes").mkdir()
+    result = invoke(
+        "init", str(lag), "--inputs", "drive.csv", "--step", "0.1", "-o", "recipes/lag.toml"
+    )
+    assert result.exit_code == 0, result.output
+    assert "drive.csv lasts 19.95 s: the training learns from its first half" in result.output
+    make_importable(lag.parent / "recipes", Path.cwd())
+    recipe = load_open_recipe("recipes/lag.toml").guess
+    assert recipe.system.inputs["force"].range == (-2.1, 2.1)  # 1.5 and a fifth of 3 on both sides
+    assert recipe.system.inputs["spare"].range == (0.0, 1.0)  # declared by the model
+    *_, file = recipe.data.excitation
+    assert isinstance(file, Recorded)
+    assert (file.path, file.learnt) == ("../drive.csv", 0.5)
+    assert file.weight / sum(kind.weight for kind in recipe.data.excitation) == pytest.approx(
+        0.25, abs=0.01
+    )
+
+
+@pytest.mark.parametrize(
+    ("force", "names", "given", "words"),
+    [
+        (1.5, "time,power,spare", (), ("no columns ['force']", "a column for each of")),
+        (1.5, "time,force,spare", ("force=-1..1",), ("'force' = 1.49", "-1 .. 1 N", "widen")),
+        (math.nan, "time,force,spare", (), ("'force' is no finite number", "fill the gap")),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused_before_the_model_is_simulated(
+    lag: Path, force: float, names: str, given: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    write_drive(lag.parent, force, names)
+    options = [text for one in given for text in ("--input", one)]
+    result = invoke("init", str(lag), "--inputs", "drive.csv", *options)
+    assert result.exit_code == 1
+    text = " ".join(result.output.split())
+    assert all(word in text for word in words), text
+    assert "motions" not in text

@@ -19,7 +19,7 @@ from slide_fmu.cli.console import (
     interruptible,
     replace_unprintable,
 )
-from slide_fmu.cli.fmu_commands import check, export, info, validate
+from slide_fmu.cli.fmu_commands import check, export, info, simulate, validate
 from slide_fmu.cli.recipe_commands import generate, init, run, train, try_, window
 from slide_fmu.core.version import __version__
 from slide_fmu.pipeline.apps import subcommands_of_apps
@@ -34,6 +34,7 @@ SUBCOMMANDS: tuple[Callable[..., None], ...] = (
     train,
     export,
     validate,
+    simulate,
     check,
     info,
 )

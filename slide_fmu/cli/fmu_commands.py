@@ -27,7 +27,8 @@ from slide_fmu.cli.options import (
     TrainingSeedOption,
     TrajectoriesOption,
 )
-from slide_fmu.validation.task import UNSEEN_SEED
+from slide_fmu.core.file_kinds import record_formats
+from slide_fmu.validation.task import UNSEEN_SEED, Task
 
 
 def export(
@@ -99,8 +100,23 @@ def validate(
         Path | None,
         typer.Option("--report", help="Write report.html and report.json to this folder."),
     ] = None,
+    inputs: Annotated[
+        Path | None,
+        typer.Option(
+            "--inputs",
+            metavar="FILE",
+            help=f"Measure it under your own inputs alone, from a file ({record_formats()}) with "
+            "times and a column for each input. It takes no other option but --json.",
+        ),
+    ] = None,
 ) -> None:
     """Measure an FMU against its model on unseen inputs. This runs the code of the model."""
+    if inputs is not None:
+        given = Task(seed, trajectories, amplitude, duration, held_out) != Task(UNSEEN_SEED)
+        with errors():
+            _require_alone(given or report is not None)
+        _validate_inputs(fmu, inputs, json_path)
+        return
     from slide_fmu.pipeline.apps import last_section
     from slide_fmu.pipeline.measurement import (
         released_case,
@@ -109,7 +125,6 @@ def validate(
         validation_report,
     )
     from slide_fmu.report.console import print_noise, print_rows
-    from slide_fmu.validation.task import Task
 
     with progress_bars() as bar:
         if report is not None:
@@ -125,6 +140,79 @@ def validate(
     print_rows(figures.rows, console)
     print_noise(figures.outputs, console)
     console.print(f"report  {page}")
+
+
+def _require_alone(others: bool) -> None:
+    """Refuse options of drawn trajectories, and a report, where a file of inputs is measured."""
+    if others:
+        raise ValueError(
+            "--inputs with other options of validate; expected --json alone next to it: the file "
+            "says what is measured, and there is no report of it, so leave them out"
+        )
+
+
+def _validate_inputs(fmu: Path, inputs: Path, json_path: str | None) -> None:
+    """Measure an FMU under a file of inputs, and print it."""
+    from slide_fmu.pipeline.measurement import released_case
+    from slide_fmu.pipeline.your_inputs import measure_inputs
+    from slide_fmu.report.console import print_table
+    from slide_fmu.report.row_tables import row_table
+    from slide_fmu.report.verdict import on_your_inputs
+
+    with progress_bars() as bar:
+        figures = measure_inputs(fmu, released_case(fmu), inputs, bar)
+    write_json(json_path, figures)
+    console.print(f"inputs  {figures.judging}, {figures.begin_s:g} to {figures.end_s:g} s")
+    show_remark(figures.remark)
+    print_table(row_table(figures.rows), console)
+    for sentence in on_your_inputs(figures.rows):
+        console.print(sentence)
+
+
+def simulate(
+    fmu: FmuArgument,
+    inputs: Annotated[
+        Path,
+        typer.Option(
+            "--inputs",
+            metavar="FILE",
+            help=f"File of your inputs ({record_formats()}) with times and a column for each.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE.csv", help="Write outputs, bounds and trusted here."
+        ),
+    ] = None,
+    json_path: JsonOption = None,
+    step: Annotated[
+        float | None,
+        typer.Option(min=1e-9, help="Communication step in s. Default: the FMU's own."),
+    ] = None,
+    known: Annotated[
+        bool,
+        typer.Option(
+            "--known", help="Let the FMU know what inputs reach by the end of each step."
+        ),
+    ] = False,
+) -> None:
+    """Run an FMU along your inputs, without its model: outputs, and what it does not trust."""
+    from slide_fmu.pipeline.your_inputs import simulate_inputs, write_outputs
+    from slide_fmu.report.own_view import parts_table, view_sentences
+
+    with errors():
+        made = simulate_inputs(fmu, inputs, "known" if known else "plain", step)
+        if output is not None:
+            write_outputs(made, output)
+    write_json(json_path, made.view)
+    for sentence in view_sentences(made.view):
+        console.print(sentence)
+    table = parts_table(made.view)
+    if table is not None:
+        show_table(table)
+    if output is not None:
+        console.print(f"outputs {output}")
 
 
 def check(

@@ -126,7 +126,7 @@ def require_another(fmu: Path, recipe: Recipe) -> None:
             )
 
 
-def _usual_level(provenance: Provenance | None) -> FloatArray | None:
+def usual_level(provenance: Provenance | None) -> FloatArray | None:
     """Return the usual level of the errors when an FMU was released; None if it is not known."""
     measured = released_figures(provenance)
     if measured is None or IN_RANGE not in measured.validation:
@@ -155,7 +155,7 @@ def validation_report(
         case: the case by which it was.
         bar: opens the progress of a stage.
     """
-    usual = _usual_level(read_fmu(fmu)[1])
+    usual = usual_level(read_fmu(fmu)[1])
     if usual is None and validation.in_range:
         usual = validation.usual_error()
     group = group_of(validation.task)

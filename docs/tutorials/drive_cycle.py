@@ -1,6 +1,11 @@
-"""Write a drive of two minutes as a logger would have it: ramps and rests, with a ripple."""
+"""Write a drive of two minutes as a logger would have it: ramps and rests, with a ripple.
+
+Usage: python drive_cycle.py [FILE [SEED]]
+"""
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 
@@ -8,9 +13,9 @@ STEP, COUNT = 0.008, 15_000
 """The clock of the logger in s, and the number of its samples."""
 
 
-def drive() -> tuple[np.ndarray, np.ndarray]:
-    """Return times in s and voltages in V."""
-    rng = np.random.default_rng(7)
+def drive(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return times in s and voltages in V; each seed gives another drive."""
+    rng = np.random.default_rng(seed)
     times = STEP * np.arange(COUNT)
     corners, levels, end = [0.0], [0.0], 0.0
     while end < times[-1]:
@@ -23,5 +28,6 @@ def drive() -> tuple[np.ndarray, np.ndarray]:
 
 
 if __name__ == "__main__":
-    rows = np.stack(drive(), axis=1)
-    np.savetxt("drive.csv", rows, "%.6g", ",", header="time [s],voltage [V]", comments="")
+    file, seed = [*sys.argv[1:], *("drive.csv", "7")[len(sys.argv) - 1 :]]
+    rows = np.stack(drive(int(seed)), axis=1)
+    np.savetxt(file, rows, "%.6g", ",", header="time [s],voltage [V]", comments="")

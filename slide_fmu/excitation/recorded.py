@@ -74,12 +74,10 @@ class Recorded(Kind):
         """Whether a part of the file judges the FMU."""
         return self.learnt < 1.0
 
-    @property
-    def judging(self) -> str:
-        """The part that judges the FMU, in words."""
-        if self.learnt == 0.5:
-            return f"second half of {self.name}"
-        return f"last {percent(1.0 - self.learnt)} of {self.name}"
+    def judging(self, name: str | None = None) -> str:
+        """Return the part that judges the FMU in words; the file has its name, or another one."""
+        part = "second half" if self.learnt == 0.5 else f"last {percent(1.0 - self.learnt)}"
+        return f"{part} of {name or self.name}"
 
     @property
     def duration(self) -> float:

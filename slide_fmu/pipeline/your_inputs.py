@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
+from slide_fmu.core.search_path import find_file
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import unpacked
@@ -71,9 +73,10 @@ def measure_inputs(fmu: Path, case: Case, file: Path, bar: Stages) -> YourInputs
     check_origins(surrogate, provenance)
     require_another(fmu, case.recipe)
     require_same_origin(case.source, dict(provenance or {}), str(fmu))
-    table = read_inputs(str(file), surrogate.inputs)
+    known = _learnt_from(case.recipe, find_file(str(file)))
+    table = read_inputs(str(file), surrogate.inputs, known.columns if known else {})
     table.require_in_range()
-    part, remark = _judging_part(case.recipe, table)
+    part, remark = _judging_part(known, table)
     usual = usual_level(provenance)
     with unpacked(fmu) as files:
         levels = ErrorLevels(np.zeros(len(surrogate.outputs)), usual)
@@ -90,14 +93,19 @@ def measure_inputs(fmu: Path, case: Case, file: Path, bar: Stages) -> YourInputs
     )
 
 
-def _judging_part(recipe: Recipe, table: InputTable) -> tuple[JudgingPart, str | None]:
-    """Return the part of a file that was not learnt, and a remark where that is not all of it."""
-    name = Path(table.record.path).name
+def _learnt_from(recipe: Recipe, file: Path) -> Recorded | None:
+    """Return the kind of a recipe that learns most of a file; None if none does."""
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
     kinds = [kind for kinds in recipe.tables_of_kinds().values() for kind in kinds]
-    learnt = [k for k in kinds if isinstance(k, Recorded) and k.digest == table.record.digest]
-    if not learnt:
+    learnt = [kind for kind in kinds if isinstance(kind, Recorded) and kind.digest == digest]
+    return max(learnt, key=lambda kind: kind.learnt, default=None)
+
+
+def _judging_part(kind: Recorded | None, table: InputTable) -> tuple[JudgingPart, str | None]:
+    """Return the part of a file that a kind does not learn, and a remark if that is not all."""
+    name = Path(table.record.path).name
+    if kind is None:
         return JudgingPart(name, table, 0.0), None
-    kind = max(learnt, key=lambda each: each.learnt)
     if kind.judges:
         return JudgingPart.of(kind, table), f"the FMU has learnt from the rest of {name}"
     return JudgingPart(name, table, 0.0), (

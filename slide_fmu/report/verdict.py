@@ -66,8 +66,8 @@ def on_your_inputs(rows: Sequence[Row]) -> tuple[str, ...]:
     yours = dict.fromkeys(row.inputs for row in rows if row.group == YOURS)
     at = ([row_at(rows, YOURS, name, call, n) for n in (1.0, float(FINER))] for name in yours)
     files = [[row for row in one if row is not None] for one in at]
-    known = [one for one in files if one]
-    return tuple(sentences("your_inputs.txt", call=CALLS[call], files=known))
+    of_files = (sentences("your_inputs.txt", call=CALLS[call], rows=one) for one in files if one)
+    return tuple(" ".join(paragraphs) for paragraphs in of_files)
 
 
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
@@ -147,7 +147,9 @@ def verdict_facts(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[
     """
     call = call_of(rows)
     own = next(iter(main_rows(rows, call)), None)
+    yours = [row for row in rows if row.group == YOURS and row.is_at(call, 1.0)]
     facts = [
+        *(_of_your_inputs(row, call) for row in yours),
         *([] if own is None else _of_row(own, call)),
         _validity([row for row in rows if row.is_at(call, 1.0)]),
         _speed(timing),
@@ -158,6 +160,13 @@ def verdict_facts(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[
         ),
     ]
     return [fact for fact in facts if fact is not None]
+
+
+def _of_your_inputs(row: Row, call: Call) -> Fact:
+    """Return the error under a file of your inputs, with what its bound covers."""
+    covered = "" if row.covered is None else f"; the bound covers {percent(row.covered)}"
+    text = f"Error {CALLS[call].within} at {length_of(row)} under the {row.inputs}{covered}."
+    return Fact("Your inputs", percent(row.error), text, False if row.far_off else None)
 
 
 def _of_row(row: Row, call: Call) -> list[Fact]:

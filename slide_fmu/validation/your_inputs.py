@@ -45,9 +45,9 @@ class JudgingPart:
     begin: float
 
     @classmethod
-    def of(cls, kind: Recorded, table: InputTable) -> JudgingPart:
+    def of(cls, kind: Recorded, table: InputTable, name: str | None = None) -> JudgingPart:
         """Return the part of a file that the trainings of its kind never see."""
-        return cls(kind.judging, table, kind.learnt * table.duration)
+        return cls(kind.judging(name), table, kind.learnt * table.duration)
 
 
 @final
@@ -82,7 +82,13 @@ def judging_parts(recipe: Recipe, surrogate: Surrogate) -> list[JudgingPart]:
         ValueError: a file cannot be read, or lacks an input.
     """
     files = [k for k in recipe.data.excitation if isinstance(k, Recorded) and k.judges]
-    return [JudgingPart.of(kind, kind.table(tuple(surrogate.inputs))) for kind in files]
+    names = [kind.name for kind in files]
+    called = [k.name if names.count(k.name) == 1 else k.path for k in files]
+    signals = tuple(surrogate.inputs)
+    return [
+        JudgingPart.of(kind, kind.table(signals), name)
+        for kind, name in zip(files, called, strict=True)
+    ]
 
 
 def your_motions(

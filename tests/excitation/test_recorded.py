@@ -69,8 +69,8 @@ def test_nothing_behind_the_learnt_part_is_ever_drawn(tmp_path: Path) -> None:
     whole = drawn[:50]  # the part is longer than these trajectories: they run forwards
     assert min(np.diff(values).min() for values in whole) >= 0.0
     assert max(values.max() for values in whole) > 4.5
-    assert kind.judging == "second half of drive.csv"
-    assert recorded(path, columns={}, learnt=0.8).judging == "last 20 % of drive.csv"
+    assert kind.judging() == "second half of drive.csv"
+    assert recorded(path, columns={}, learnt=0.8).judging() == "last 20 % of drive.csv"
 
 
 def test_a_file_that_judges_stays_in_the_ranges(tmp_path: Path) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from slide_fmu.report.html_report import Fact
+from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.verdict import MISSING, verdict, verdict_facts
 from slide_fmu.validation.error_figures import Timing
-from slide_fmu.validation.row import ALL, Row
+from slide_fmu.validation.row import ALL, FINER, YOURS, Row
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 from tests.report.made_rows import MEASURED, row, timing, unfilled, without_bound
 
@@ -32,6 +34,35 @@ def test_three_sentences_say_error_trust_and_what_to_avoid() -> None:
         assert figure in trust
     assert "smooth inputs: sines of 1 Hz (30 %); there" in avoid
     assert SILENT in avoid
+
+
+def yours(name: str = "second half of drive.csv", **more: Any) -> Row:
+    return row(name, YOURS, **more)
+
+
+def test_your_inputs_come_before_the_three_sentences() -> None:
+    first, *others = verdict([*MEASURED, yours(error=0.003), yours(error=0.002, steps=FINER)])
+    assert tuple(others) == verdict(MEASURED)
+    for figure in (
+        "(second half of drive.csv)",
+        "plain call is 0.3 %",
+        "20 ms, and 0.2 % at 5 ms",
+    ):
+        assert figure in first
+    assert "trusts 96 % of the samples there at 20 ms, where its bound covers 95 %," in first
+    without = yours(error=0.003, covered=None, trusted=None, silent=None)
+    one, two, *_ = verdict([*MEASURED, yours("a.csv"), replace(without, inputs="b.csv")])
+    assert "(a.csv)" in one
+    assert two.startswith("Under your inputs (b.csv) the error in the plain call is 0.3 %")
+    assert two.endswith("of 20 ms (relative RMSE).")
+
+
+def test_your_inputs_are_the_first_large_number_and_the_first_row() -> None:
+    name, *_ = facts(*MEASURED, yours(error=0.06))
+    assert name == "Your inputs"
+    number = facts(*MEASURED, yours(error=0.06))[name]
+    assert (number.value, number.good) == ("6 %", False)
+    assert card_table([*MEASURED, yours()]).rows[0][0] == "your inputs: second half of drive.csv"
 
 
 def test_a_bound_that_never_counts_at_a_step_is_named() -> None:

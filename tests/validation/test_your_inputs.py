@@ -105,6 +105,20 @@ def test_rows_have_the_error_in_every_call_relative_to_the_file(tmp_path: Path) 
     assert rows[0].outputs[0].rmse / truth.std() == pytest.approx(rows[0].error, rel=1e-9)
 
 
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    recipe = driven_recipe(tmp_path, "first_order")
+    file = recipe.data.excitation[-1]
+    (tmp_path / "other").mkdir()
+    path = str(tmp_path / "other" / "drive.csv")
+    Path(path).write_text("t,drive\n0,1\n30,2\n", encoding="utf-8")
+    values = recipe.model_dump()
+    more = {**file.model_dump(), "path": path, "digest": None}
+    values["data"]["excitation"] = [*values["data"]["excitation"], more]
+    recipe = Recipe.model_validate(values)
+    words = [p.words for p in judging_parts(recipe, lag_surrogate(recipe, "first_order"))]
+    assert words == [f"second half of {one}" for one in (str(tmp_path / "drive.csv"), path)]
+
+
 def test_files_must_last_a_window_in_each_part_and_judge_among_the_data(tmp_path: Path) -> None:
     assert not faults(driven_recipe(tmp_path, "first_order"), ())
     (fault,) = faults(driven_recipe(tmp_path, "first_order", learnt=0.95), ())

@@ -1,8 +1,9 @@
 """A reference system is made again with a solver that works less and is less accurate.
 
 Every solver has a ladder of settings, the finest first. Which settings there are follows from the
-kind of system: a function has the tolerances of its method, a model with a parameter ``substeps``
-the number of its integration steps, an FMU a tolerance, or the steps that an importer does.
+kind of system: a function has the tolerances of its method, sample by sample and over whole
+motions, as its user would integrate it; a model with a parameter ``substeps`` the number of its
+integration steps, an FMU a tolerance, or the steps that an importer does.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ SUBSTEPS, TOLERANCES = "substeps", ("rtol", "tolerance")
 """Parameters that say how finely a model is solved, where it does not tell itself."""
 OFTEN_TRIED = ("RK45", "RK23")
 """Explicit methods of lower order: they are the faster ones where little accuracy is wanted."""
+OF_USERS = ("RK45", "DOP853", "LSODA")
+"""Methods that a user of scipy takes, by one call over a whole motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,14 @@ def ladders(system: System, made: Specification) -> list[list[Rung]]:
         made: what it was made from.
     """
     if isinstance(system, FunctionSystem):
-        return [_of_function(system, solver) for solver in _solvers(system.solver)]
+        own = system.solver
+        methods = dict.fromkeys((*OF_USERS, own.method))
+        whole = [replace(own, method=method) for method in methods]
+        return [
+            _of_function(system.with_solver, own),
+            *(_of_function(system.over_motions, solver) for solver in whole),
+            *(_of_function(system.with_solver, solver) for solver in _others(own)),
+        ]
     of_parameters = [] if made.kind == "object" else list(_of_parameters(system, made))
     return of_parameters or [[Rung(solver_of(system), "as it is", lambda: system)]]
 
@@ -62,24 +72,23 @@ def solver_of(system: System) -> str:
     return system.solved_by or "its own solver"
 
 
-def _solvers(own: Solver) -> list[Solver]:
-    """Return the solver of a function, and those that may be faster if less is asked of them."""
-    methods = [own.method]
-    if own.method in EXPLICIT:
-        methods += [method for method in OFTEN_TRIED if method != own.method]
-    return [replace(own, method=method) for method in methods]
+def _others(own: Solver) -> list[Solver]:
+    """Return solvers that may be faster than the one of a function if less is asked of them."""
+    if own.method not in EXPLICIT:
+        return []
+    return [replace(own, method=method) for method in OFTEN_TRIED if method != own.method]
 
 
-def _of_function(system: FunctionSystem, finest: Solver) -> list[Rung]:
+def _of_function(made: Callable[[Solver], System], finest: Solver) -> list[Rung]:
     rungs = []
     for factor in _factors(finest.rtol):
         solver = replace(finest, rtol=finest.rtol * factor, atol=finest.atol * factor)
         setting = f"rtol = {solver.rtol:.2g}, atol = {solver.atol:.2g}"
 
         def make(solver: Solver = solver) -> System:
-            return system.with_solver(solver)
+            return made(solver)
 
-        rungs.append(Rung(solver.method, setting, make))
+        rungs.append(Rung(made(solver).solved_by or solver.method, setting, make))
     return rungs
 
 

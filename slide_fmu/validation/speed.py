@@ -157,8 +157,7 @@ def speed_at_equal_accuracy(
     if case.recipe.system.reference:  # the coarser model comes first: it takes less time
         for ladder in ladders(case.system, systems.specification):
             search.bisect("model", ladder, allowed)
-    search.bisect("reference", finest[0][1:], allowed)
-    for ladder in finest[1:]:
+    for ladder in (*finest[1:], finest[0][1:]):  # of a function, whole motions come first
         search.bisect("reference", ladder, allowed)
     best, system = min(
         search.solved, key=lambda one: one[0].seconds, default=(reference, case.reference)

@@ -11,6 +11,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import System
 from slide_fmu.systems.declared import SignalTable
+from slide_fmu.systems.function.whole_motion import WHOLE
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.looser import Rung, ladders
 from slide_fmu.systems.simulation import simulate
@@ -62,7 +63,9 @@ def test_tolerances_of_a_function_are_loosened_and_simpler_methods_are_tried(
     tmp_path: Path,
 ) -> None:
     system, (own, *others) = found(made_from(tmp_path, DUFFING))
-    assert [ladder[0].solver for ladder in (own, *others)] == ["DOP853", "RK45", "RK23"]
+    whole = [f"{method} ({WHOLE})" for method in ("RK45", "DOP853", "LSODA")]
+    solvers = [ladder[0].solver for ladder in (own, *others)]
+    assert solvers == ["DOP853", *whole, "RK45", "RK23"]
     assert own[0].setting == "rtol = 1e-06, atol = 1e-09"
     assert own[-1].setting == "rtol = 0.1, atol = 0.0001"
     truth = simulate(system, INPUTS).outputs
@@ -73,8 +76,9 @@ def test_tolerances_of_a_function_are_loosened_and_simpler_methods_are_tried(
 
 def test_implicit_method_is_loosened_alone(tmp_path: Path) -> None:
     _, rungs = found(made_from(tmp_path, DUFFING + 'method = "LSODA"\nrtol = 1e-3\n'))
-    (own,) = rungs
+    own, *whole = rungs
     assert [one.solver for one in own] == 5 * ["LSODA"]
+    assert all(WHOLE in ladder[0].solver for ladder in whole)
 
 
 @pytest.mark.parametrize(

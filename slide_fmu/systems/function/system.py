@@ -38,6 +38,7 @@ from slide_fmu.systems.function.user_function import (
     require_arguments,
     require_signals,
 )
+from slide_fmu.systems.function.whole_motion import WholeMotion
 
 PROBED_SAMPLES = 50
 """The motion that shows how large the states become has twice as many samples."""
@@ -131,6 +132,10 @@ class FunctionSystem(Linearizable, Batching):
         other._equations = replace(self._equations, solver=solver)
         other.solved_by = solver.method
         return other
+
+    def over_motions(self, solver: Solver) -> WholeMotion:
+        """Return the system whose motions are each integrated by one call of scipy."""
+        return WholeMotion(self, self._equations, self._g, self.rest_state, solver)
 
     def _require_rates(self, function: UserFunction) -> None:
         if function.takes_rates and hold_of(self.inputs) == "zero_order":

@@ -65,6 +65,12 @@ class UserFunction:
             f"numbers, shape ({self.count},)"
         )
 
+    @property
+    def bare(self) -> Callable[..., Any]:
+        """The function of (x, u, p, du) as the user wrote it; nothing is checked."""
+        function = self._function
+        return function if self.takes_rates else lambda x, u, p, du: function(x, u, p)
+
     def of_lanes(
         self, x: FloatArray, u: FloatArray, p: object, du: FloatArray, values: FloatArray
     ) -> None:

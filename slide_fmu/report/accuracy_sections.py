@@ -9,11 +9,11 @@ import numpy as np
 from slide_fmu.core.measures import TINY, percent, rms
 from slide_fmu.core.readable import ratio_text
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.core.web.charts import Chart, HeatMap
+from slide_fmu.core.web.charts import Chart
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.error_tables import PLAIN, accuracy_table, parameter_table, timing_table
-from slide_fmu.report.frequency_charts import error_maps, frequency_sections
+from slide_fmu.report.frequency_charts import frequency_sections
 from slide_fmu.report.html_report import ReportSection, folded
 from slide_fmu.report.learning_charts import response_charts
 from slide_fmu.report.learning_tables import response_table
@@ -29,6 +29,7 @@ from slide_fmu.report.row_tables import (
 )
 from slide_fmu.report.speed import speed_section
 from slide_fmu.report.step_chart import TITLE, TWO_LINES, has_model, step_charts
+from slide_fmu.report.tone_map import tone_maps
 from slide_fmu.report.trajectory_charts import (
     NOT_TRUSTED,
     close_ups,
@@ -83,7 +84,7 @@ def validation_sections(
     in_range = next(iter(figures.values()))
     worst, phases = worst_section(main), phase_charts(main)
     sections = [
-        *main_sections(rows, main.surrogate.hold, error_maps(main)),
+        *main_sections(rows, main.surrogate.hold),
         ReportSection(
             "Around the largest error",
             CLOSE_UP.format(bound="" if main.surrogate.bound is None else "its bound and "),
@@ -119,13 +120,12 @@ def validation_sections(
     return [*sections, *folded(details)]
 
 
-def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> list[ReportSection]:
+def main_sections(rows: Sequence[Row], hold: Hold) -> list[ReportSection]:
     """Return the picture of the error against the communication step, and the table of kinds.
 
     Args:
         rows: all that was measured.
         hold: how the inputs of the FMU act between samples.
-        maps: the error by amplitude and frequency of the inputs.
     """
     if not rows:
         return []
@@ -137,7 +137,7 @@ def main_sections(rows: Sequence[Row], hold: Hold, maps: Sequence[HeatMap]) -> l
     )
     table = card_table(rows, short=False)
     text = f"{capitalised(table.title)}. {explanations(rows, hold)}"
-    return [*pictures, ReportSection("Where it is valid", text, table, maps=maps)]
+    return [*pictures, ReportSection("Where it is valid", text, table, maps=tone_maps(rows))]
 
 
 def all_rows(rows: Sequence[Row]) -> list[ReportSection]:

@@ -20,6 +20,7 @@ from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.learning_tables import curve_table, size_table
 from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.table import ENDLESS, ReportTable
+from slide_fmu.report.tone_map import tone_table
 from slide_fmu.report.verdict import verdict
 from slide_fmu.surrogate.description import LABEL, SIGNAL_COLUMNS
 from slide_fmu.validation.error_figures import OutputFigures
@@ -74,6 +75,9 @@ def print_rows(rows: Sequence[Row], console: Console) -> None:
     """Print a row for each kind of input that was measured, and the verdict on them."""
     if rows:
         print_table(card_table(rows), console)
+        tones = tone_table(rows)
+        if tones.rows:
+            print_table(tones, console)
         for sentence in verdict(rows):
             console.print(sentence)
 

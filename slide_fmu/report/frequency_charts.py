@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
-
 import numpy as np
 
 from slide_fmu.core.measures import percent
-from slide_fmu.core.readable import decimal
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import ratio
-from slide_fmu.core.web.charts import Axis, Chart, HeatCell, HeatMap, Line, Panel
+from slide_fmu.core.web.charts import Axis, Chart, Line, Panel
 from slide_fmu.report.html_report import ReportSection
 from slide_fmu.report.trajectory_charts import own_line, true_line
-from slide_fmu.validation.error_map import ErrorMap, error_map
 from slide_fmu.validation.frequency import ComplexArray, Spectra, spectra_of
 from slide_fmu.validation.results import Validation
 
@@ -36,8 +31,6 @@ OTHER_RESPONSES = (
 
 LEAST_SHARE = 0.01
 """Smallest part of an output's power for which the response to an input is drawn."""
-
-MAP = "Error by amplitude and frequency"
 
 SPECTRA = (
     "Amplitude densities of the outputs and of the error over all trajectories. Where the line of "
@@ -131,46 +124,3 @@ def _both(
 
 def _phase(response: ComplexArray) -> FloatArray:
     return np.asarray(np.angle(response, deg=True))
-
-
-def error_maps(validation: Validation) -> list[HeatMap]:
-    """Return the heat map of a validation; none where it would have fewer than two cells."""
-    errors = error_map(validation)
-    if errors is None or not np.nansum(errors.error) or np.isfinite(errors.error).sum() < 2:
-        return []
-    return [_heat_map(errors)]
-
-
-def _heat_map(errors: ErrorMap) -> HeatMap:
-    """Draw the largest amplitudes on top, and the lowest frequencies on the left."""
-    text = (
-        f"Relative RMSE of the worst output, in pieces of {errors.seconds:.3g} s. "
-        "Amplitude and frequency are those of the input that moves most in a piece."
-    )
-    rows = _part_names([100 * edge for edge in errors.amplitudes[1:]], " %")
-    columns = _part_names(errors.frequencies.tolist(), "")
-    known = errors.error[np.isfinite(errors.error) & (errors.error > 0)]
-    low, high = np.log(known.min()), np.log(known.max())
-    cells = [
-        [_cell(error, int(count), low, high) for error, count in zip(*row, strict=True)]
-        for row in zip(errors.error, errors.pieces, strict=True)
-    ]
-    down, last = "part of the range", int(np.flatnonzero(errors.pieces.sum(axis=1))[-1])
-    rows, cells = rows[last::-1], cells[last::-1]
-    return HeatMap(MAP, text, "frequency / Hz", down, columns, rows, cells)
-
-
-def _cell(error: float, count: int, low: float, high: float) -> HeatCell | None:
-    if count == 0:
-        return None
-    level = (np.log(max(error, np.exp(low))) - low) / max(high - low, 1e-9)
-    return HeatCell(percent(float(f"{error:.2g}")), float(level), f"{count} pieces")
-
-
-def _part_names(edges: Sequence[float], unit: str) -> list[str]:
-    """Name the parts between edges; the first and the last one are open."""
-    texts = [decimal(edge, 6) for edge in edges]
-    if not texts:
-        return ["all"]
-    between = [f"{one} to {other}{unit}" for one, other in pairwise(texts)]
-    return [f"below {texts[0]}{unit}", *between, f"above {texts[-1]}{unit}"]

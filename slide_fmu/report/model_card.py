@@ -12,6 +12,7 @@ from slide_fmu.report.prose import plain, rendered
 from slide_fmu.report.row_tables import card_table, explanations
 from slide_fmu.report.speed import timing_text
 from slide_fmu.report.table import ReportTable
+from slide_fmu.report.tone_map import tone_table
 
 
 def model_card(
@@ -34,6 +35,7 @@ def model_card(
         measured=measured,
         verdict=described.verdict,
         table=_plain_table(card_table(measured.rows)),
+        tones=_plain_table(tone_table(measured.rows)),
         words=explanations(measured.rows, described.surrogate.hold),
         timing=timing_text(measured.in_range.timing),
         useless=useless_beyond(measured),

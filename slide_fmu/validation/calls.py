@@ -27,7 +27,7 @@ from slide_fmu.fmu.description.variables import (
 from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.validation.input_courses import InputCourse, Stairs
-from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput
+from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput, ToneCell
 
 Kind = TypeVar("Kind", bound=np.generic)
 
@@ -123,11 +123,12 @@ class ErrorLevels:
 
 @dataclass(frozen=True)
 class InputsLabel:
-    """An InputsLabel has the group of some inputs, and their kind in words."""
+    """An InputsLabel has the group of some inputs, and their kind in words, as a ``Row`` has."""
 
     group: str
     inputs: str
     failed: tuple[str, ...] = ()
+    tones: ToneCell | None = None
 
 
 def answers(
@@ -290,6 +291,7 @@ def row_of(
         silent=shares.silent(),
         over_bound=shares.over_bound(),
         failed=label.failed,
+        tones=label.tones,
     )
 
 

@@ -157,7 +157,7 @@ def _validate_inputs(fmu: Path, inputs: Path, json_path: str | None) -> None:
     from slide_fmu.pipeline.your_inputs import measure_inputs
     from slide_fmu.report.console import print_table
     from slide_fmu.report.row_tables import row_table
-    from slide_fmu.report.verdict import on_your_inputs
+    from slide_fmu.report.verdict import verdict
 
     with progress_bars() as bar:
         figures = measure_inputs(fmu, released_case(fmu), inputs, bar)
@@ -165,7 +165,7 @@ def _validate_inputs(fmu: Path, inputs: Path, json_path: str | None) -> None:
     console.print(f"inputs  {figures.judging}, {figures.begin_s:g} to {figures.end_s:g} s")
     show_remark(figures.remark)
     print_table(row_table(figures.rows), console)
-    for sentence in on_your_inputs(figures.rows):
+    for sentence in verdict(figures.rows):
         console.print(sentence)
 
 

@@ -15,6 +15,10 @@ TINY = sys.float_info.min
 ROUNDING = 1e-9
 """Largest relative difference of a constant from its mean: the mean of many samples is rounded."""
 
+FEWEST = 12
+"""Fewest motions of a kind by which it is judged: errors of one or two may be several times those
+of others."""
+
 
 def rms(values: FloatArray) -> FloatArray:
     """Compute the root mean square over all samples, (..., n_channels) to (n_channels,)."""

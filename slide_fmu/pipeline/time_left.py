@@ -109,7 +109,8 @@ class TimeLeft:
         """Expect a time of a stage in s, of which each part takes ``each``, and of later ones."""
         if stage == DATA:
             data, validation = self._recipe.data, self._recipe.validation
-            measured = validation.trajectories * (validation.duration or data.duration)
+            count = self._recipe.unseen(None, self._workers * each)
+            measured = count * (validation.duration or data.duration)
             cost = self._workers * each / (data.duration + data.burn_in)
             self._expected[MEASURING] = OF_SIMULATION * cost * measured + WRITING
         elif stage == TRAINING:

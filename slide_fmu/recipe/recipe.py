@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
+from slide_fmu.core.measures import FEWEST
 from slide_fmu.core.parameters import Parameter, Transform
 from slide_fmu.excitation.kinds import Excitation
 from slide_fmu.excitation.loop import LoopRecipe
@@ -90,6 +91,10 @@ LEARNT = ("train", "companion", "bound")
 
 SPLITS = ("train", "validation", "estimator", "estimator_validation", "beyond", *OF_BOUND)
 """Names of the splits. Test trajectories are drawn anew for every validation."""
+
+MEASURING = 60.0
+"""Unseen trajectories whose number a recipe does not give take about this CPU time in s at most,
+but there is one of each kind."""
 
 NOT_TRAINED = ("description", "equations", "validation", "apps")
 """Tables of a recipe on which no training depends."""
@@ -262,6 +267,26 @@ class Recipe(Table):
             return (self.training,)
         first = self.estimator.expert.pretraining
         return (self.training, *([] if first is None else [first]), self.estimator.training)
+
+    def unseen_of_kind(self, trajectories: int | None, seconds: float = 0.0) -> int:
+        """Return the number of unseen trajectories of each kind that an FMU is measured on.
+
+        Args:
+            trajectories: number of all of them; that of the recipe, or what takes ``MEASURING`` s,
+                if None.
+            seconds: CPU time in s that one of them takes; 0 if it does not matter.
+        """
+        kinds = len(self.mix())
+        wanted = trajectories or self.validation.trajectories
+        if wanted is not None:
+            return max(1, wanted // kinds)
+        affordable = int(MEASURING / (kinds * seconds)) if seconds else FEWEST
+        return max(1, min(FEWEST, affordable))
+
+    def unseen(self, trajectories: int | None, seconds: float = 0.0) -> int:
+        """Return the number of all unseen trajectories; arguments are as of ``unseen_of_kind``."""
+        wanted = trajectories or self.validation.trajectories
+        return wanted or len(self.mix()) * self.unseen_of_kind(trajectories, seconds)
 
     def shortest_validation(self) -> float:
         """Return the least duration in s of a trajectory on which an FMU can be measured.

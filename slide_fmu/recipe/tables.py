@@ -116,7 +116,10 @@ class ValidationRecipe(Table):
     """The table ``validation`` describes unseen trajectories on which an FMU is measured.
 
     Attributes:
-        trajectories: number of unseen trajectories.
+        trajectories: number of unseen trajectories, in which all kinds of the mix take turns. If
+            not given, 12 of each kind, by which a kind can be judged, or as many of each as can be
+            simulated in a minute. Rows of further inputs have as many motions of each kind, but 12
+            at most.
         duration: length of each in s, after the burn-in; as in the training data if not given.
         excitation: kinds of excitation that are held out: they are not used for learning or
             calibration, and the FMU is measured on them separately.
@@ -126,7 +129,7 @@ class ValidationRecipe(Table):
             their bounds begins. Each takes about a minute.
     """
 
-    trajectories: PositiveInt = 50
+    trajectories: PositiveInt | None = None
     duration: PositiveFloat | None = None
     excitation: tuple[Excitation, ...] = ()
     require: Annotated[PositiveFloat, Field(le=1.0)] | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from slide_fmu.core.measures import percent
+from slide_fmu.core.measures import FEWEST, percent
 from slide_fmu.core.readable import quantity, ratio_text
 from slide_fmu.core.signals import Hold
 from slide_fmu.core.units import NO_UNIT
@@ -15,9 +15,11 @@ from slide_fmu.validation.row import (
     FAR_OFF,
     FINER,
     HARMFUL,
+    LEAST_COVERED,
     MOST_HARMFUL,
     MOST_SILENT,
     OF_TRAINING,
+    TONES,
     Call,
     Row,
     RowOutput,
@@ -55,8 +57,9 @@ WORDS = (
 
 RULE = (
     f"An FMU is valid on inputs of which at most {percent(MOST_HARMFUL)} of the samples are "
-    f"harmful and at most {percent(MOST_SILENT)} silent; if only the second holds, it says where "
-    "it is wrong."
+    f"harmful and at most {percent(MOST_SILENT)} silent, and of whose errors its bound covers at "
+    f"least {percent(LEAST_COVERED)} where it trusts some samples; if only the first does not "
+    f"hold, it says where it is wrong. {FEWEST} motions are needed to tell."
 )
 """When an FMU is valid on inputs."""
 
@@ -73,6 +76,9 @@ NOT_VALID = {
 }
 """What is said of inputs on which an FMU is not valid, by whether it says where it is wrong; None
 where that cannot be judged."""
+
+TOO_FEW = f"too few motions to tell ({{count}} of {FEWEST})"
+"""What is said of inputs of which too few motions were measured."""
 
 HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
@@ -103,9 +109,9 @@ def call_of(rows: Iterable[Row]) -> Call:
 
 
 def judgement_on(row: Row) -> str:
-    """Say whether the FMU is valid on the inputs of a row; empty where it cannot be judged."""
+    """Say whether the FMU is valid on the inputs of a row; empty where errors have no level."""
     if row.valid is None:
-        return ""
+        return "" if row.harmful is None else TOO_FEW.format(count=row.trajectories)
     if not row.valid:
         return NOT_VALID[row.honest]
     return f"valid, but {FAR}" if row.far_off else "valid"
@@ -138,6 +144,8 @@ def card_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
         for group, inputs in kinds_of(at):
             if (short and group == BEYOND and inputs != ALL) or inputs == OF_TRAINING:
                 continue
+            if group == TONES and inputs != ALL:  # they have a table of their own (``tone_map``)
+                continue
             measured = [row_at(at, group, inputs, call, number) for number, _ in steps]
             known = next(row for row in measured if row is not None)
             line = [name_of(known), str(known.trajectories)]
@@ -150,7 +158,7 @@ def card_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
 
 def _judged_at_all(rows: Iterable[Row]) -> str:
     """Judge the rows of a kind of input once where they agree, else at each step."""
-    words = {_part(row.steps): judgement_on(row) for row in rows if row.valid is not None}
+    words = {_part(row.steps): text for row in rows if (text := judgement_on(row))}
     if len(set(words.values())) <= 1:
         return next(iter(words.values()), "")
     return "; ".join(f"{part}: {word}" for part, word in words.items())

@@ -1,30 +1,30 @@
 """The verdict gives a user the most important facts about an FMU in three sentences.
 
-They are the error in the user's call, how much of it is trusted, and what to avoid. Console,
-report, card and ``slide-fmu info`` begin with it. A report also has large numbers and commands.
+They are the error in the user's call, how much of it is trusted and what the bound promises, and
+what to avoid. Console, report, card and ``slide-fmu info`` show it. A report also has large
+numbers and commands; all else stands in its sections.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from slide_fmu.core.measures import percent
 from slide_fmu.core.readable import decimal, ratio_text
 from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.prose import sentences
-from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of
+from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of, name_of
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import timing_text
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.error_figures import Timing
-from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, SMOOTH, YOURS, Call, Row, row_at
+from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, YOURS, Call, Row, kinds_of, row_at
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 
 MOST_NAMED = 3
 """Number of kinds of input that the verdict names as such to avoid."""
-
-EXAMPLES = 3
-"""So few motions of a kind are examples of it; their number is said."""
 
 LEARNT = "inputs as in the training"
 """The inputs in range, in words."""
@@ -36,87 +36,126 @@ CONFIDENCE = 0.95
 """The confidence of the bounds of rows."""
 
 
+@dataclass(frozen=True)
+class Avoided:
+    """This is a kind of input to avoid.
+
+    Attributes:
+        row: where the FMU is worst on it.
+        name: the inputs, with their group where others are called likewise.
+        at: the communication step in words, where it is not the own one.
+        reason: what the FMU says of its error there.
+    """
+
+    row: Row
+    name: str
+    at: str
+    reason: str
+
+
 def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return three sentences about an FMU, after one on your inputs; none if not measured."""
+    """Return three sentences about an FMU; none of one that was not measured.
+
+    The first two are about your inputs if a file of them judges it, else about those of the
+    training; the third is about all kinds of input.
+    """
     if not rows:
         return ()
     call = call_of(rows)
-    main = main_rows(rows, call)
-    return (
-        *on_your_inputs(rows),
-        *sentences(
+    main = _first_rows(rows, call)
+    judged = [row for row in _kinds(rows) if row.is_at(call, 1.0)]
+    return tuple(
+        sentences(
             "verdict.txt",
             call=CALLS[call],
             main=main,
-            inputs=LEARNT if not main or main[0].group == IN_RANGE else main[0].group,
-            smooth=_smooth(rows, call),
+            inputs=words_of(main[0]) if main else LEARNT,
+            confidence=CONFIDENCE,
             bounded=[r for r in main if r.covered is not None and r.trusted is not None],
             unfilled=[r for r in main if not r.counted],
             far=FAR,
             most_named=MOST_NAMED,
-            examples=EXAMPLES,
-            **_to_avoid(rows, call),
-        ),
+            avoided=_to_avoid(rows, call),
+            judged=sum(row.valid is not None for row in judged),
+            few=sum(row.harmful is not None and row.few for row in judged),
+        )
     )
-
-
-def on_your_inputs(rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return a sentence or two on each file of inputs that judges an FMU; none without one."""
-    call = call_of(rows)
-    yours = dict.fromkeys(row.inputs for row in rows if row.group == YOURS)
-    at = ([row_at(rows, YOURS, name, call, n) for n in (1.0, float(FINER))] for name in yours)
-    files = [[row for row in one if row is not None] for one in at]
-    of_files = (sentences("your_inputs.txt", call=CALLS[call], rows=one) for one in files if one)
-    return tuple(" ".join(paragraphs) for paragraphs in of_files)
 
 
 def main_rows(rows: Sequence[Row], call: Call) -> list[Row]:
-    """Return the rows of all inputs in range, or of the first group, at h and at a finer step."""
-    group = next((row.group for row in rows if row.group == IN_RANGE), None)
-    group = group or next((row.group for row in rows), IN_RANGE)
-    main = (row_at(rows, group, ALL, call, steps) for steps in (1.0, float(FINER)))
-    return [row for row in main if row is not None]
+    """Return the rows of all inputs in range, or of the first others, at h and at a finer step.
 
-
-def _smooth(rows: Sequence[Row], call: Call) -> list[Row]:
-    """Return the rows of the first kind of smooth inputs at h and at a finer step."""
-    smooth = [row for row in rows if row.group == SMOOTH and row.inputs != OF_TRAINING]
-    kinds = [row.inputs for row in smooth[:1]]
-    at = (row_at(smooth, SMOOTH, kind, call, n) for kind in kinds for n in (1.0, float(FINER)))
-    return [row for row in at if row is not None]
-
-
-def _to_avoid(rows: Sequence[Row], call: Call) -> dict[str, object]:
-    """Return what is to be avoided: kinds of input at the own step, and others at the finer one.
-
-    Kinds beyond the range and sums of kinds are left out. ``judged`` tells whether any inputs
-    could be judged.
+    Your inputs are not among them.
     """
-    kinds = [row for row in rows if row.group != BEYOND and row.inputs != ALL]
-    at, finer = ([row for row in kinds if row.is_at(call, steps)] for steps in (1.0, FINER))
-    bad = _worst_first(row for row in at if row.valid is False)
-    silent = [row for row in bad if row.honest is not True]
-    known = {(row.group, row.inputs) for row in silent}
-    return {
-        "judged": any(
-            row.valid is not None for row in rows if row.is_at(call, 1.0) and row.group != BEYOND
-        ),
-        "bad": bad,
-        "silent": silent,
-        "silent_at_finer": _worst_first(
-            row for row in finer if row.honest is False and (row.group, row.inputs) not in known
-        ),
-        "usual_but_far": sorted(
-            (row for row in at if row.valid and row.far_off), key=lambda row: -row.error
-        ),
-    }
+    return _first_rows([row for row in rows if row.group != YOURS], call)
 
 
-def _worst_first(rows: Iterable[Row]) -> list[Row]:
-    """Order rows: those that do not say where they are wrong come first."""
-    return sorted(
-        rows, key=lambda row: (row.honest is not False, -(row.silent or 0.0), -row.error)
-    )
+def _first_rows(rows: Sequence[Row], call: Call) -> list[Row]:
+    """Return the rows of the first inputs that are shown, at h and at a finer step."""
+    kinds = kinds_of(row for row in rows if row.call == call)
+    first = [
+        row_at(rows, group, inputs, call, steps)
+        for group, inputs in kinds[:1]
+        for steps in (1.0, float(FINER))
+    ]
+    return [row for row in first if row is not None]
+
+
+def words_of(row: Row) -> str:
+    """Say which inputs the first sentences are about."""
+    if row.group == YOURS:
+        return f"{YOURS} ({row.inputs})"
+    return LEARNT if row.group == IN_RANGE else row.group
+
+
+def _kinds(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of single kinds of input, without those beyond the range."""
+    return [row for row in rows if row.group != BEYOND and row.inputs not in (ALL, OF_TRAINING)]
+
+
+def _to_avoid(rows: Sequence[Row], call: Call) -> list[Avoided]:
+    """Return the kinds of input to avoid, each once: at the own step, else at the finer one.
+
+    Those of which the FMU does not say where it is wrong come first, then large errors.
+    """
+    kinds = _kinds(rows)
+    names = Counter(inputs for _, inputs in kinds_of(kinds))
+    found: dict[tuple[str, str], Row] = {}
+    for steps in (1.0, float(FINER)):
+        for row in kinds:
+            if row.is_at(call, steps) and _is_bad(row, steps):
+                found.setdefault((row.group, row.inputs), row)
+    return [
+        Avoided(
+            row,
+            row.inputs if names[row.inputs] == 1 else name_of(row),
+            "" if row.steps == 1.0 else f" at {length_of(row)}",
+            _reason(row),
+        )
+        for row in sorted(found.values(), key=_worst_first)
+    ]
+
+
+def _is_bad(row: Row, steps: float) -> bool:
+    """Tell whether a kind is to be avoided; at the finer step only where the FMU is silent."""
+    if steps != 1.0:
+        return row.valid is False and row.honest is False
+    return row.valid is False or (row.valid is True and row.far_off)
+
+
+def _worst_first(row: Row) -> tuple[bool, bool, float, float]:
+    return row.honest is True, bool(row.valid), -(row.silent or 0.0), -row.error
+
+
+def _reason(row: Row) -> str:
+    """Say what the FMU says of its error: usual, reported, or how often it is silent."""
+    if row.valid:
+        return "usual for it"
+    if row.honest:
+        return "which it reports"
+    if row.uncovered and row.covered is not None:
+        return f"bound covers {percent(row.covered)}"
+    return "not reported" if not row.silent else f"wrong and trusted in {percent(row.silent)}"
 
 
 def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict:
@@ -172,7 +211,8 @@ def _of_your_inputs(row: Row, call: Call) -> Fact:
 def _of_row(row: Row, call: Call) -> list[Fact]:
     """Return the numbers of all inputs in range, in the call of an importer."""
     of_output = "" if len(row.outputs) == 1 else " of the worst output"
-    text = f"Relative RMSE{of_output} {CALLS[call].within} at {length_of(row)}, on unseen inputs."
+    at = f"{CALLS[call].within} at {length_of(row)}"
+    text = f"Relative RMSE{of_output} {at}, under {words_of(row)}."
     facts = [Fact("Error", percent(row.error), text, False if row.far_off else None)]
     if row.covered is not None:
         good = row.covered >= CONFIDENCE - MISSING
@@ -183,9 +223,10 @@ def _of_row(row: Row, call: Call) -> list[Fact]:
     return facts
 
 
-def _validity(rows: Iterable[Row]) -> Fact | None:
+def _validity(rows: Sequence[Row]) -> Fact | None:
     """Return how many kinds of inputs the FMU is valid for; of unseen kinds none is expected."""
     judged = [row for row in rows if row.valid is not None and row.inputs != ALL]
+    few = sum(row.harmful is not None and row.few for row in rows if row.inputs != ALL)
     if not judged:
         return None
     learnt = [bool(row.valid) for row in judged if row.group == IN_RANGE]
@@ -197,6 +238,7 @@ def _validity(rows: Iterable[Row]) -> Fact | None:
         f"{sum(learnt)} of {len(learnt)} kinds of its training."
     )
     text += f" For {far} of them it is {FAR}." if far else ""
+    text += f" {few} more have too few motions to tell." if few else ""
     return Fact("Validity", value, text, all(good) and not far)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slide_fmu.core.measures import FEWEST
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.readable import decimal
 from slide_fmu.core.signals import FloatArray, within_ranges
@@ -18,22 +19,22 @@ from slide_fmu.excitation.channels import ChannelKind
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import RandomStates, System
+from slide_fmu.systems.base import Motion, RandomStates, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.simulation import simulate_motions
 from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import CONSTANT
 
-INSIDE = 8
-"""Number of measured points inside of the box."""
+INSIDE, MOST_INSIDE = 8, 16
+"""Numbers of measured points inside of the box; with its corners there are at least ``FEWEST``."""
 
 LATER, WAY, SCORED = 3.0, 0.25, 1.0
 """Durations in input windows: how long a point is held, how long the way to it takes, and how much
 is scored at the end. A whole window is scored, since a network starts anew with every window and
 its error depends on the time since then."""
 
-CORNERS, STEADY = "at the corners of the inputs' ranges", "inside of the inputs' ranges"
+IN_BOX = "at the corners of the inputs' ranges and inside"
 
 
 def constant_motions(
@@ -48,21 +49,20 @@ def constant_motions(
     if not _holds_inputs(surrogate, recipe):
         return {}
     system, count = case.reference, len(surrogate.inputs)
-    groups = {CORNERS: corners_of_box(count), STEADY: points_inside(count, INSIDE)}
-    done, total = 0, sum(len(points) for points in groups.values())
-    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
-    progress(0, total)
-    for name, points in groups.items():
-        motions, failed = list[MeasuredMotion](), list[str]()
-        for point in at_points(surrogate.inputs, points):
-            try:
-                motions.append(_rest_at(surrogate, recipe, system, point))
-            except SimulationError as error:
-                failed.append(f"{_named(surrogate, point)}: {error}")
-            done += 1
-            progress(done, total)
-        by_label[InputsLabel(CONSTANT, name, tuple(failed))] = motions
-    return by_label
+    corners = corners_of_box(count)
+    inside = points_inside(count, MOST_INSIDE)[: max(INSIDE, FEWEST - len(corners))]
+    points = at_points(surrogate.inputs, np.concatenate([corners, inside]))
+    motions, failed = list[MeasuredMotion](), list[str]()
+    progress(0, len(points))
+    ways = [_way_to(surrogate, recipe, system, point) for point in points]
+    truths = simulate_motions(system, [Motion(one.inputs, one.initial) for one in ways])
+    for done, (point, way, truth) in enumerate(zip(points, ways, truths, strict=True), start=1):
+        if isinstance(truth, SimulationError):
+            failed.append(f"{_named(surrogate, point)}: {truth}")
+        else:
+            motions.append(_at_rest(surrogate, recipe, way, truth))
+        progress(done, len(points))
+    return {InputsLabel(CONSTANT, IN_BOX, tuple(failed)): motions}
 
 
 def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
@@ -74,24 +74,29 @@ def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
     return any(isinstance(kind, ChannelKind | Box) for kind in recipe.data.excitation)
 
 
-def _rest_at(
-    surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray
-) -> MeasuredMotion:
-    """Go to a point, and count the outputs when all rests there."""
-    step = recipe.window.step
-    window = max(surrogate.memory_length, round(recipe.data.burn_in / step))
+def _way_to(surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray) -> Draw:
+    """Return inputs that go to a point and stay there."""
+    window = _window(surrogate, recipe)
     start = np.mean([[s.low, s.high] for s in surrogate.inputs], axis=1)
     part = np.clip(np.arange(-1.0, (WAY + LATER) * window) / max(1.0, WAY * window), 0, 1)
     inputs = within_ranges(system.inputs, start + part[:, None] * (point - start))  # rounding
     initial = None
     if isinstance(system, RandomStates):
         initial = system.random_state(np.random.default_rng(TEST), inputs[0])
-    truth = simulate(system, inputs, initial).outputs
-    drawn = Draw(0, 1.0, initial, inputs, 0)
-    first = len(truth) - max(1, round(SCORED * window))
-    return MeasuredMotion(
-        course_of(drawn, surrogate.inputs, step, False), truth, step, first * step
-    )
+    return Draw(0, 1.0, initial, inputs, 0)
+
+
+def _at_rest(surrogate: Surrogate, recipe: Recipe, way: Draw, truth: FloatArray) -> MeasuredMotion:
+    """Return the motion on a way, whose outputs, (N + 1, n_outputs), count when all rests."""
+    step = recipe.window.step
+    first = len(truth) - max(1, round(SCORED * _window(surrogate, recipe)))
+    course = course_of(way, surrogate.inputs, step, False)
+    return MeasuredMotion(course, truth, step, first * step)
+
+
+def _window(surrogate: Surrogate, recipe: Recipe) -> int:
+    """Return the number of samples after which nothing of a way is left."""
+    return max(surrogate.memory_length, round(recipe.data.burn_in / recipe.window.step))
 
 
 def _named(surrogate: Surrogate, point: FloatArray) -> str:

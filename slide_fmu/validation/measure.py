@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from slide_fmu.core.measures import size_about
+from slide_fmu.core.measures import FEWEST, size_about
 from slide_fmu.core.progress import Progress, Stages, quiet
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.answers import asked_of_sources
@@ -44,18 +43,16 @@ from slide_fmu.validation.row import (
 from slide_fmu.validation.smooth_inputs import (
     STEPS,
     TRAJECTORIES,
-    fine_truth,
+    fine_truths,
     model_rows,
     smooth_motions,
 )
+from slide_fmu.validation.tones import tone_motions
 from slide_fmu.validation.user_inputs import user_motions
 from slide_fmu.validation.your_inputs import JudgingPart, judging_parts, your_motions
 
 Calls = Sequence[tuple[Call, float]]
 """Calls, each with the number of its communication steps in the surrogate's own step."""
-
-MOST_BETWEEN = 24
-"""Number of motions of a group, about, whose truth is simulated between samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,13 +227,10 @@ def motions_between(
     times = FINER if case.reference.own_step is None else case.finer_steps
     chosen = []
     for name, motions in motions_by_kind(validation).items():
-        share = MOST_BETWEEN * len(motions) // len(validation.comparisons)
-        chosen += [(name, motion) for motion in motions[: max(1, share)]]
+        chosen += [(name, motion) for motion in motions[:FEWEST]]
     progress(0, len(chosen))
-    for number, (name, motion) in enumerate(chosen, start=1):
-        with suppress(LoadError, SimulationError):
-            system = case.at(motion.parameters).reference_as_it_runs(parts=times)
-            truth = fine_truth(system, motion.course, motion.count(step) * times)
+    for number, (name, motion, truth) in enumerate(_between(case, chosen, times), start=1):
+        if not isinstance(truth, Exception):
             first = motion.first + case.recipe.data.burn_in
             fine = MeasuredMotion(motion.course, truth, step / times, first, motion.parameters)
             by_name.setdefault(name, []).append(fine)
@@ -244,11 +238,32 @@ def motions_between(
     return by_name
 
 
+def _between(
+    case: Case, chosen: Sequence[tuple[str, MeasuredMotion]], times: int
+) -> Iterator[tuple[str, MeasuredMotion, FloatArray | LoadError | SimulationError]]:
+    """Yield motions with their truth at the steps of the shorter call, or why there is none."""
+    step = case.recipe.window.step
+    for parameters in {tuple(motion.parameters.items()): None for _, motion in chosen}:
+        same = [one for one in chosen if tuple(one[1].parameters.items()) == parameters]
+        counts = [motion.count(step) * times for _, motion in same]
+        truths: Iterable[FloatArray | LoadError | SimulationError]
+        try:
+            system = case.at(dict(parameters)).reference_as_it_runs(parts=times)
+            truths = fine_truths(system, [motion.course for _, motion in same], counts)
+        except LoadError as error:
+            truths = [error] * len(same)
+        for (name, motion), truth in zip(same, truths, strict=True):
+            yield name, motion, truth
+
+
 @asked_of_sources
 def further_rows(
     system: System, meter: Meter, in_range: Validation, case: Case, bar: Stages
 ) -> list[Row]:
-    """Measure your inputs, smooth and constant ones, and such as users set; records have none."""
+    """Measure your inputs, smooth and constant ones, tones, and such as users set.
+
+    Records have none.
+    """
     surrogate, rows = meter.surrogate, list[Row]()
     rows += your_rows(meter, case, judging_parts(case.recipe, surrogate), bar)
     rows += _smooth_rows(meter, in_range, case, bar("smooth inputs"))
@@ -256,8 +271,12 @@ def further_rows(
     resting = meter.relative_to(truth.std(axis=0))
     for label, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
         rows += resting.rows({label: motions}, resting.usual_calls())
+    calls = meter.usual_calls()[:2]
+    tones = tone_motions(surrogate, case, in_range.task, in_range.each, bar("lasting tones"))
+    rows += meter.rows(tones, calls, joined=True)
     as_set = bar("inputs as users set them")
-    for label, motions in user_motions(surrogate, case, in_range.task, as_set).items():
+    each = in_range.each
+    for label, motions in user_motions(surrogate, case, in_range.task, each, as_set).items():
         rows += meter.rows({label: motions}, meter.usual_calls())
     return rows
 
@@ -297,7 +316,7 @@ def _smooth_rows(meter: Meter, in_range: Validation, case: Case, progress: Progr
     progress(0, 3)
     try:
         if not (surrogate.planned or turning):
-            smooth = smooth_motions(surrogate, case, in_range.task)
+            smooth = smooth_motions(surrogate, case, in_range.task, in_range.each)
             progress(1, 3)
             rows = meter.rows({smooth.label: smooth.motions}, calls)
             progress(2, 3)

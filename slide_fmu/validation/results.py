@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slide_fmu.core.measures import relative_rmse, rms, size_about
+from slide_fmu.core.measures import FEWEST, relative_rmse, rms, size_about
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
@@ -60,6 +60,11 @@ class Validation:
     def in_range(self) -> bool:
         """Tell whether trajectories are like those of the training and calibration."""
         return self.task.amplitude == (1.0, 1.0) and not self.task.held_out
+
+    @property
+    def each(self) -> int:
+        """The number of motions of each kind of further inputs: as many as of each in range."""
+        return min(FEWEST, max(1, len(self.comparisons) // len(self.recipe.mix())))
 
     @property
     def trusted(self) -> tuple[Comparison, ...]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from slide_fmu.core.figures import optional
+from slide_fmu.core.measures import FEWEST
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 
 Call = Literal["plain", "known", "model"]
@@ -19,16 +20,17 @@ Call = Literal["plain", "known", "model"]
 it sets what they reach by the step's end. ``model``: the plain call of the finest model in the
 place of the FMU, which holds its inputs over the step."""
 
-YOURS, SMOOTH, CONSTANT, AS_SET, SEARCH = (
+YOURS, SMOOTH, CONSTANT, TONES, AS_SET, SEARCH = (
     "your inputs",
     "smooth inputs",
     "constant inputs",
+    "lasting tones in one input",
     "as users set them",
     "found by a search",
 )
 """Groups of inputs besides those of ``slide_fmu.validation.task``."""
 
-GROUPS = (YOURS, IN_RANGE, SMOOTH, CONSTANT, AS_SET, HELD_OUT, BEYOND, SEARCH)
+GROUPS = (YOURS, IN_RANGE, SMOOTH, CONSTANT, TONES, AS_SET, HELD_OUT, BEYOND, SEARCH)
 """All groups in the order in which they are shown."""
 
 ALL = "all kinds"
@@ -50,8 +52,28 @@ MOST_HARMFUL = 0.02
 MOST_SILENT = 0.01
 """Largest share of silent samples of a kind for which the FMU says where it is wrong."""
 
+LEAST_COVERED = 0.88
+"""Smallest share of the errors below the 95 % bound of valid inputs, with what chance does to few
+motions. It does not count where the FMU trusts no more than ``FLAGGED`` of the samples."""
+
+FLAGGED = 0.05
+"""Inputs of which the FMU trusts no larger share of the samples are flagged throughout."""
+
 FAR_OFF = 0.05
 """Relative RMSE above which an output is far off, unless a recipe requires another one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToneCell:
+    """A ToneCell is a part of the band and of the amplitudes of tones.
+
+    Attributes:
+        hz: range of the frequencies in Hz.
+        amplitude: range of the amplitudes, as parts of half the range of the input.
+    """
+
+    hz: tuple[float, float]
+    amplitude: tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +122,7 @@ class Row:
             exceeds its bound.
         over_bound: largest error over its bound where ``trusted`` is true.
         failed: why the reference could not be simulated on some of the motions.
+        tones: of lasting tones, which ones they are.
     """
 
     group: str
@@ -116,6 +139,7 @@ class Row:
     silent: float | None = optional()
     over_bound: float | None = optional()
     failed: tuple[str, ...] = optional(())
+    tones: ToneCell | None = optional()
 
     @property
     def error(self) -> float:
@@ -133,11 +157,27 @@ class Row:
         return max((o.width for o in self.outputs if o.width is not None), default=None)
 
     @property
+    def few(self) -> bool:
+        """Whether these are too few motions to judge by.
+
+        A search looks for one bad motion, and your inputs are what they are.
+        """
+        return self.trajectories < FEWEST and self.group not in (SEARCH, YOURS)
+
+    @property
     def valid(self) -> bool | None:
         """Whether the FMU is valid on these inputs; None where that cannot be judged."""
-        if self.harmful is None:
+        if self.harmful is None or self.few:
             return None
-        return self.harmful <= MOST_HARMFUL and (self.silent or 0.0) <= MOST_SILENT
+        harmless = self.harmful <= MOST_HARMFUL and (self.silent or 0.0) <= MOST_SILENT
+        return harmless and not self.uncovered
+
+    @property
+    def uncovered(self) -> bool:
+        """Whether the bound covers too little, although the FMU trusts some of the samples."""
+        if self.covered is None or self.trusted is None:
+            return False
+        return self.covered < LEAST_COVERED and self.trusted > FLAGGED
 
     @property
     def far_off(self) -> bool:
@@ -147,7 +187,7 @@ class Row:
     @property
     def honest(self) -> bool | None:
         """Whether the FMU says where it is wrong; None where that cannot be judged."""
-        return None if self.silent is None else self.silent <= MOST_SILENT
+        return None if self.silent is None else self.silent <= MOST_SILENT and not self.uncovered
 
     def is_at(self, call: Call, steps: float) -> bool:
         """Tell whether this is the row of a call at a number of steps in the own step."""

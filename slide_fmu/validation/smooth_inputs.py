@@ -8,7 +8,7 @@ inputs at communication points alone, and hold them over the step.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -19,9 +19,9 @@ from slide_fmu.excitation.kinds import moving_by_themselves
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
-from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.base import Motion, System
+from slide_fmu.systems.errors import LoadError, SimulationError
+from slide_fmu.systems.simulation import simulate_motions
 from slide_fmu.validation.calls import (
     CallAnswers,
     ErrorLevels,
@@ -40,7 +40,8 @@ SAMPLES = 16
 DECADES = 1.5
 """Its slowest sine is this many decades below the fastest one."""
 TRAJECTORIES, PERIODS, SINES = 4, 4, 3
-"""Number of smooth trajectories, periods of the slowest sine in each, and sines in an input."""
+"""Least number of smooth trajectories, periods of the slowest sine in each, and sines in an input.
+The finest model in the place of the FMU is measured on the least number."""
 MOST_SAMPLES = 1000
 """Largest number of samples on which the error of holding inputs is measured."""
 FILLED = 0.9
@@ -100,10 +101,11 @@ class SmoothMotions:
         return InputsLabel(SMOOTH, f"sums of sines of {self.hz[0]:.2g} to {self.hz[1]:.2g} Hz")
 
 
-def smooth_motions(surrogate: Surrogate, case: Case, task: Task) -> SmoothMotions:
+def smooth_motions(surrogate: Surrogate, case: Case, task: Task, each: int) -> SmoothMotions:
     """Simulate the reference at its own fine step under smooth inputs.
 
-    Inputs that each move by themselves are asked for: no angles, and no planned motions.
+    Inputs that each move by themselves are asked for: no angles, and no planned motions. ``each``
+    is the number of motions, of which there are some at least.
 
     Raises:
         LoadError: the reference has no finer step.
@@ -115,9 +117,11 @@ def smooth_motions(surrogate: Surrogate, case: Case, task: Task) -> SmoothMotion
     first = max(burn_in + 1, surrogate.network.memory_length)
     count = first + round(min(PERIODS / hz[0], task.duration or recipe.data.duration) / step)
     motions = []
-    for index in range(TRAJECTORIES):
-        sines = Sines(system.inputs, hz, index, task.seed)
-        truth = fine_truth(system, sines, count * times)
+    every = [Sines(system.inputs, hz, n, task.seed) for n in range(max(TRAJECTORIES, each))]
+    truths = fine_truths(system, every, [count * times] * len(every))
+    for sines, truth in zip(every, truths, strict=True):
+        if isinstance(truth, SimulationError):
+            raise truth
         motions.append(MeasuredMotion(sines, truth, step / times, first * step))
     return SmoothMotions(tuple(motions), system, hz)
 
@@ -154,11 +158,14 @@ def model_rows(
         except (LoadError, ValueError):
             return []
         of_truth = round(system.step / fine)
-        every = []
-        for motion in smooth.motions:
-            count = math.ceil((len(motion.truth) - 1) / of_truth)
-            starts = own / steps * np.floor(np.arange(count) * of_truth / held)
-            outputs_of = simulate(system, motion.course(starts)).outputs
+        chosen, every = smooth.motions[:TRAJECTORIES], []
+        counts = [math.ceil((len(motion.truth) - 1) / of_truth) for motion in chosen]
+        starts = [own / steps * np.floor(np.arange(n) * of_truth / held) for n in counts]
+        motions = [Motion(m.course(at)) for m, at in zip(chosen, starts, strict=True)]
+        answers_of = simulate_motions(system, motions)
+        for motion, outputs_of in zip(chosen, answers_of, strict=True):
+            if isinstance(outputs_of, SimulationError):
+                raise outputs_of
             _, places = motion.points(own / steps)
             outputs_there, counted = outputs_of[places // of_truth], np.full(len(places), True)
             every.append(CallAnswers(outputs_there, motion.truth[places], None, None, counted))
@@ -178,16 +185,26 @@ def _holding(system: System, case: Case, parts: int) -> System:
     return case.reference_as_it_runs(None if held else "zero_order", parts)
 
 
-def fine_truth(system: System, course: InputCourse, count: int) -> FloatArray:
-    """Return the outputs of a model at its own fine steps, (count + 1, n_outputs).
+def fine_truths(
+    system: System, courses: Sequence[InputCourse], counts: Sequence[int]
+) -> Iterator[FloatArray | SimulationError]:
+    """Yield the outputs of a model at its own fine steps, (count + 1, n_outputs) of each course.
 
     Moving inputs are set to their values at the end of a fine step, held ones to their values in
-    its middle; a model that names its own step gets their values at its begin.
+    its middle; a model that names its own step gets their values at its begin. A course on which
+    the model fails has its error instead. Some models simulate all of them at once.
     """
     moving = system.inputs[0].hold == "first_order"
     within = 1.0 if moving else 0.0 if system.own_step is not None else 0.5
-    at = system.step * (np.arange(count, dtype=np.float64) + within)
-    return simulate(system, within_ranges(system.inputs, course(at))).outputs
+    motions = [
+        Motion(
+            within_ranges(
+                system.inputs, course(system.step * (np.arange(count, dtype=np.float64) + within))
+            )
+        )
+        for course, count in zip(courses, counts, strict=True)
+    ]
+    return simulate_motions(system, motions)
 
 
 def band_of(recipe: Recipe) -> tuple[float, float]:

@@ -60,6 +60,11 @@ class Channel:
     grid: float | None = None
 
     @property
+    def moves(self) -> bool:
+        """Whether it is a motion, with limits of speed and acceleration."""
+        return self.speed is not None
+
+    @property
     def turns(self) -> bool:
         """Whether it is an angle that turns without end."""
         return len(self.signals) == 2

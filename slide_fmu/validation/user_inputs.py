@@ -1,4 +1,4 @@
-"""Inputs as users set them: slow tones, triangles, levels, stops and moves.
+"""Inputs as users set them: tones in all inputs, triangles, levels, stops and moves.
 
 A random trajectory of a recipe hardly ever holds a tone, a level or a limit for long. Users do.
 Motions, which are angles and inputs that a recipe drives as axes, stay within the speeds and
@@ -8,9 +8,9 @@ accelerations that its excitation declares; other inputs may jump.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 from typing import final
 
 import numpy as np
@@ -23,7 +23,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
-from slide_fmu.validation.reference_motion import finest, reference_motion
+from slide_fmu.validation.reference_motion import finest, reference_motions
 from slide_fmu.validation.row import AS_SET
 from slide_fmu.validation.task import Task, entropy_of
 from slide_fmu.validation.user_channels import Channel, channels_of
@@ -36,6 +36,9 @@ from slide_fmu.validation.waveforms import (
     Triangle,
     Waveform,
 )
+
+SINES = "a sine in each input"
+"""Inputs that all have a tone; tones in one input alone are a group of their own (``tones``)."""
 
 SINE, TRIANGLE = "sine", "triangle"
 """Words in the names of kinds behind which frequency and amplitude stand."""
@@ -92,9 +95,6 @@ def _range(values: Sequence[float], unit: str) -> str:
     return between((low, high), unit)
 
 
-TRAJECTORIES = 2
-"""Number of motions of each kind."""
-
 FULL, MARGIN = 0.9, 0.999
 """Tones fill this part of the range at most; motions use this part of their limits."""
 
@@ -103,8 +103,8 @@ DISTANCES = (0.1, 1.0)
 
 TURNS = 3.0
 
-SLOW, FAST = (0.0, 0.3), (0.5, 1.0)
-"""Where slow and fast tones lie in the logarithm of the band of a channel."""
+SLOW, WHOLE = (0.0, 0.3), (0.0, 1.0)
+"""Where slow tones and all tones lie in the logarithm of the band of a channel."""
 
 SEED = 0x05E75
 """Entropy of the draws; no training uses it."""
@@ -125,12 +125,8 @@ def _tone(channel: Channel, rng: np.random.Generator, band: tuple[float, float])
     return Tone(level, amplitude, frequency, rng.uniform(-math.pi, math.pi))
 
 
-def _slow(channel: Channel, rng: np.random.Generator) -> Waveform:
-    return _tone(channel, rng, SLOW)
-
-
-def _fast(channel: Channel, rng: np.random.Generator) -> Waveform:
-    return _tone(channel, rng, FAST)
+def _sine(channel: Channel, rng: np.random.Generator) -> Waveform:
+    return _tone(channel, rng, WHOLE)
 
 
 def _stop(channel: Channel, rng: np.random.Generator) -> Waveform:
@@ -191,8 +187,7 @@ def _jump(channel: Channel, time: float) -> float:
 
 
 OF_INPUTS: dict[str, Drawing] = {
-    "a slow sine": _slow,
-    "a fast sine": _fast,
+    SINES: _sine,
     "a slow triangle": _triangle,
     "steps": _steps,
     "a slow sine that stops, then a release": _stop,
@@ -201,8 +196,7 @@ OF_INPUTS: dict[str, Drawing] = {
 """Kinds of inputs that may jump."""
 
 OF_MOTIONS: dict[str, Drawing] = {
-    "a slow sine": _slow,
-    "a fast sine": _fast,
+    SINES: _sine,
     "moves and rests": _with_rests,
     "moves at the limits": _at_limits,
 }
@@ -223,7 +217,7 @@ class UserInput:
 
 
 def user_motions(
-    surrogate: Surrogate, case: Case, task: Task, progress: Progress
+    surrogate: Surrogate, case: Case, task: Task, each: int, progress: Progress
 ) -> dict[InputsLabel, list[MeasuredMotion]]:
     """Simulate the reference on inputs as users set them, from rest on; failures are named.
 
@@ -231,31 +225,69 @@ def user_motions(
     own fine step. Planned motions and angles are given by their samples, as its models know them;
     so are all inputs of a model without a finer step. Another seed of the validation gives others,
     and its duration is that of the motions.
+
+    Args:
+        surrogate: the surrogate.
+        case: what it was made from.
+        task: the validation.
+        each: number of motions of each kind.
+        progress: hears of each motion.
     """
-    recipe, window = case.recipe, surrogate.window
-    channels = channels_of(recipe, case.reference, window.n_in * window.step)
-    moving = any(channel.speed is not None for channel in channels)
-    kinds = OF_MOTIONS if moving else OF_INPUTS
-    fine = None if moving else finest(case)
-    step = recipe.window.step
-    burn_in = round(recipe.data.burn_in / step)
-    first = max(burn_in + 1, surrogate.network.memory_length)
-    samples = burn_in + round(task.duration_of(recipe) / step), first
-    done, total = 0, TRAJECTORIES * len(kinds)
-    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
-    progress(0, total)
+    channels = user_channels(surrogate, case)
+    kinds = OF_MOTIONS if any(channel.moves for channel in channels) else OF_INPUTS
+    if len(channels) == 1:  # its tones are measured alone
+        kinds = {name: drawing for name, drawing in kinds.items() if name != SINES}
+    drawn: dict[str, list[UserInput]] = {}
     for number, (name, drawing) in enumerate(kinds.items()):
-        motions, failed, drawn = list[MeasuredMotion](), list[str](), list[UserInput]()
-        for index in range(TRAJECTORIES):
+        for index in range(each):
             rng = np.random.default_rng([SEED, number, index, entropy_of(task.seed)])
-            inputs = UserInput(channels, tuple(drawing(channel, rng) for channel in channels))
-            drawn.append(inputs)
-            try:
-                motions.append(reference_motion(surrogate, case, inputs, fine, samples))
-            except SimulationError as error:
-                failed.append(str(error))
-            done += 1
-            progress(done, total)
-        words = name_with_ranges(name, channels, [inputs.waveforms for inputs in drawn])
-        by_label[InputsLabel(AS_SET, words, tuple(failed))] = motions
+            waveforms = tuple(drawing(channel, rng) for channel in channels)
+            drawn.setdefault(name, []).append(UserInput(channels, waveforms))
+    every = [inputs for of_kind in drawn.values() for inputs in of_kind]
+    durations = [task.duration_of(case.recipe)] * len(every)
+    motions = simulated_inputs(surrogate, case, every, durations, progress)
+    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
+    for name, of_kind in drawn.items():
+        words = name_with_ranges(name, channels, [inputs.waveforms for inputs in of_kind])
+        found, failed = divided(islice(motions, len(of_kind)))
+        by_label[InputsLabel(AS_SET, words, failed)] = found
     return by_label
+
+
+def user_channels(surrogate: Surrogate, case: Case) -> tuple[Channel, ...]:
+    """Return the channels of a surrogate's inputs."""
+    memory = surrogate.window.n_in * surrogate.window.step
+    return channels_of(case.recipe, case.reference, memory)
+
+
+def divided(
+    motions: Iterable[MeasuredMotion | SimulationError],
+) -> tuple[list[MeasuredMotion], tuple[str, ...]]:
+    """Return the motions that could be simulated, and why others could not."""
+    every = list(motions)
+    failed = tuple(str(one) for one in every if isinstance(one, SimulationError))
+    return [one for one in every if isinstance(one, MeasuredMotion)], failed
+
+
+def simulated_inputs(
+    surrogate: Surrogate,
+    case: Case,
+    every: Sequence[UserInput],
+    durations: Sequence[float],
+    progress: Progress,
+) -> Iterator[MeasuredMotion | SimulationError]:
+    """Simulate the reference on inputs over durations in s behind the burn-in, all from rest on.
+
+    They act at their own times, where the model has a finer step and its inputs may jump.
+    """
+    step = case.recipe.window.step
+    burn_in = round(case.recipe.data.burn_in / step)
+    first = max(burn_in + 1, surrogate.network.memory_length)
+    samples = [(burn_in + round(duration / step), first) for duration in durations]
+    moving = any(channel.moves for inputs in every for channel in inputs.channels)
+    fine = None if moving else finest(case)
+    progress(0, len(every))
+    motions = reference_motions(surrogate, case, every, fine, samples)
+    for done, motion in enumerate(motions, start=1):
+        progress(done, len(every))
+        yield motion

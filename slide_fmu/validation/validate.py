@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import pickle
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -25,8 +25,9 @@ from slide_fmu.fmu.export import Provenance
 from slide_fmu.importer.file import UnpackedFmu, unpacked
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Batching, Motion, System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate_motions
 from slide_fmu.validation.comparison import Comparison, compare_with_truth
 from slide_fmu.validation.error_figures import SpeedFigures
 from slide_fmu.validation.results import Validation
@@ -34,7 +35,7 @@ from slide_fmu.validation.speed import relative_error, speed_at_equal_accuracy
 from slide_fmu.validation.task import Task
 
 WORTH_PROCESSES = 20.0
-"""Work in s above which worker processes are used; they take seconds to start."""
+"""Work in CPU seconds above which worker processes are used; they take seconds to start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +94,7 @@ def validate_against(
     if task.held_out:
         case = case.with_recipe(case.recipe.with_held_out_kinds())
     recipe = case.recipe
-    count = task.trajectories or recipe.validation.trajectories
     ends = case.corners() if recipe.parameters else []
-    total = count + len(ends)
     duration = task.duration_of(recipe)
     stream = Stream(TEST, task.seed, task.amplitude, duration)
     needed = recipe.shortest_validation()
@@ -104,10 +103,19 @@ def validate_against(
             f"duration = {duration} s; expected at least {needed:g} s, so that the FMU's windows "
             "are filled and outputs are left to score"
         )
-    progress(0, total)
+    progress(0, recipe.unseen(task.trajectories) + len(ends))
     with unpacked(fmu) as files:
         bench = _Bench(files, surrogate, case, stream)
-        comparisons = _measure_all(bench, count, workers, lambda n, _: progress(n, total))
+        begin = time.process_time()
+        first = _measure_or_leave(bench, 0)
+        seconds = 0.0 if _at_once(bench) else time.process_time() - begin
+        count = recipe.unseen(task.trajectories, seconds)
+        total = count + len(ends)
+        processes = os.cpu_count() or 1 if workers is None else workers
+        others = _measure_others(
+            bench, count, seconds, processes, lambda done: progress(done, total)
+        )
+        comparisons = [first, *others]
         at_corners = []
         for index, corner in enumerate(ends):
             at_corners.append(_measure(bench, count + index, corner))
@@ -153,30 +161,59 @@ def _speed(bench: _Bench, compared: Sequence[Comparison]) -> SpeedFigures:
     return speed_at_equal_accuracy(bench.fmu, bench.surrogate, bench.case, bench.stream, error)
 
 
-def _measure_all(
-    bench: _Bench,
-    count: int,
-    workers: int | None,
-    progress: Callable[[int, int], None],
+def _measure_others(
+    bench: _Bench, count: int, seconds: float, workers: int, progress: Callable[[int], None]
 ) -> list[Comparison | str]:
-    """Measure all trajectories in order, by worker processes if the first one took long."""
-    begin = time.perf_counter()
-    measured = [_measure_or_leave(bench, 0)]
-    seconds = time.perf_counter() - begin
-    progress(1, count)
-    wanted = os.cpu_count() or 1 if workers is None else workers
-    workers = min(wanted, count - 1)
+    """Measure all trajectories but the first, in order.
+
+    Worker processes do it where that takes long. One trajectory takes some CPU seconds, or 0 where
+    the reference is simulated on all of them at once.
+    """
+    workers = min(workers, count - 1)
+    progress(1)
     if workers > 1 and seconds * (count - 1) > WORTH_PROCESSES:
         pickled = pickle.dumps(bench)
         jobs = [(pickled, index) for index in range(1, count)]
         with process_pool(workers) as pool:
-            return measured + in_parallel(
-                pool, _measure_here, jobs, lambda n: progress(n + 1, count)
-            )
+            return in_parallel(pool, _measure_here, jobs, lambda n: progress(n + 1))
+    measured = []
+    truths = _truths_at_once(bench, range(1, count))
     for index in range(1, count):
-        measured.append(_measure_or_leave(bench, index))
-        progress(index + 1, count)
+        measured.append(_measure_or_leave(bench, index, truths.get(index)))
+        progress(index + 1)
     return measured
+
+
+def _at_once(bench: _Bench) -> bool:
+    """Tell whether many trajectories of the reference, which is in no loop, cost as few do."""
+    recipe, reference = bench.case.recipe, bench.case.reference
+    if recipe.loop or not isinstance(reference, Batching):
+        return False
+    return reference.most_at_once(tuple(recipe.parameters)) > 1
+
+
+def _truths_at_once(bench: _Bench, indices: Iterable[int]) -> dict[int, FloatArray]:
+    """Simulate the reference on trajectories at once, where it offers that.
+
+    Returns:
+        The outputs, (N + 1, n_outputs), by index; trajectories on which it fails are not there.
+    """
+    if not _at_once(bench):
+        return {}
+    recipe, case, stream = bench.case.recipe, bench.case, bench.stream
+    motions, systems = {}, []
+    for index in indices:
+        own = case.at(drawn_parameters(recipe, stream, index)).reference
+        drawn = draw(recipe, own, stream, index)
+        motions[index] = Motion(drawn.inputs, drawn.initial, drawn.between, drawn.jumps)
+        systems.append(own)
+    varied = tuple(recipe.parameters)
+    answers = simulate_motions(case.reference, list(motions.values()), systems, varied)
+    return {
+        index: answer
+        for index, answer in zip(motions, answers, strict=True)
+        if not isinstance(answer, SimulationError)
+    }
 
 
 def _measure_here(pickled: bytes, index: int) -> Comparison | str:
@@ -190,27 +227,38 @@ def _unpickled(bench: bytes) -> _Bench:
     return unpickled
 
 
-def _measure_or_leave(bench: _Bench, index: int) -> Comparison | str:
+def _measure_or_leave(
+    bench: _Bench, index: int, truth: FloatArray | None = None
+) -> Comparison | str:
     """Measure a trajectory; if the system fails beyond the range, return its message."""
     try:
-        return _measure(bench, index)
+        return _measure(bench, index, truth=truth)
     except SimulationError as error:
         if not bench.stream.beyond:
             raise
         return str(error)
 
 
-def _measure(bench: _Bench, index: int, corner: Mapping[str, float] | None = None) -> Comparison:
+def _measure(
+    bench: _Bench,
+    index: int,
+    corner: Mapping[str, float] | None = None,
+    truth: FloatArray | None = None,
+) -> Comparison:
     """Draw a trajectory and run everything on it; where the system fails on it, another one.
 
-    Physical parameters have the values of a corner of their box, or unseen values.
+    Physical parameters have the values of a corner of their box, or unseen values. The outputs of
+    the reference on the first draw, (N + 1, n_outputs), may be known.
     """
     recipe, stream = bench.case.recipe, bench.stream
     values = corner or drawn_parameters(recipe, stream, index)
     case = bench.case.at(values)
 
     def run(drawn: Draw) -> Comparison:
-        compared = compare(bench.fmu, bench.surrogate, case.reference, drawn, values or None)
+        known = None if drawn.attempt else truth
+        compared = compare(
+            bench.fmu, bench.surrogate, case.reference, drawn, values or None, known
+        )
         compared = replace(compared, failed=drawn.attempt)
         if not recipe.system.reference:
             return compared
@@ -240,16 +288,18 @@ def compare(
     system: System,
     drawn: Draw,
     parameters: Mapping[str, float] | None = None,
+    known: FloatArray | None = None,
 ) -> Comparison:
     """Run an FMU and its reference system on one drawn trajectory.
 
     The system has been made with the values of the physical parameters, which the FMU gets too.
+    Its outputs, (N + 1, n_outputs), may be known already.
 
     Raises:
         CoSimulationError: an FMU reports an error.
         SimulationError: the system could not be simulated.
     """
-    truth, seconds = _true_outputs(system, drawn)
+    truth, seconds = _true_outputs(system, drawn) if known is None else (known, np.empty(0))
     return compare_with_truth(fmu, surrogate, drawn, truth, seconds, parameters)
 
 

@@ -90,7 +90,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     recipe = recipe_of_provenance(found, str(arguments.fmu))
     bench = Bench(recipe, surrogate, estimator_of(surrogate), arguments.spans)
     duration = arguments.duration or recipe.validation.duration or recipe.data.duration
-    count = arguments.trajectories or recipe.validation.trajectories
+    count = recipe.unseen(arguments.trajectories)
     streams = {
         name: Stream(TEST, task.seed, task.amplitude, duration)
         for name, task in tasks(recipe, arguments.seed).items()

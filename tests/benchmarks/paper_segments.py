@@ -103,7 +103,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     whole = recipe_of_provenance(found, str(arguments.fmu))
     recipe = with_excitation(whole, arguments.excitation)
     duration = arguments.duration or recipe.validation.duration or recipe.data.duration
-    count = arguments.trajectories or recipe.validation.trajectories
+    count = recipe.unseen(arguments.trajectories)
     stream = Stream(TEST, arguments.seed, tuple(arguments.amplitude), duration)
     unit = surrogate.outputs[0].unit
     chosen = [i for i, signal in enumerate(surrogate.outputs) if signal.unit == unit]

@@ -163,7 +163,7 @@ def motions_of(
     """Unseen motions with the reference model's outputs, the same for all variants."""
     duration = recipe.validation.duration or recipe.data.duration
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)
-    count = arguments.trajectories or recipe.validation.trajectories
+    count = recipe.unseen(arguments.trajectories)
     return list(unseen_motions(recipe, case_of(recipe).reference, stream, count, advance))
 
 

@@ -52,6 +52,14 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
     ]
 
 
+def test_kinds_with_too_few_motions_are_not_judged() -> None:
+    rows = [row("a", trajectories=11), row("b"), row("b", steps=4.0, trajectories=3)]
+    assert [line[-1] for line in card_table(rows).rows] == [
+        "too few motions to tell (11 of 12)",
+        "h: valid; h/4: too few motions to tell (3 of 12)",
+    ]
+
+
 def test_a_kind_that_is_valid_at_one_step_alone_is_judged_at_both() -> None:
     rows = [row("a"), row("a", harmful=0.03, silent=0.02, steps=4.0), row("b"), row("b", steps=4)]
     assert [line[-1] for line in card_table(rows).rows] == [
@@ -111,11 +119,11 @@ def test_picture_has_a_line_of_the_fmu_and_one_of_the_model() -> None:
 
 
 def test_report_begins_with_the_picture_and_the_kinds() -> None:
-    picture, kinds = main_sections(MEASURED, "zero_order", [])
+    picture, kinds = main_sections(MEASURED, "zero_order")
     assert picture.title == "Error against communication step"
     assert kinds.title == "Where it is valid"
     assert kinds.table == card_table(MEASURED, short=False)
     assert "held over h" in kinds.text
-    assert "held over h" not in main_sections(MEASURED, "first_order", [])[1].text
+    assert "held over h" not in main_sections(MEASURED, "first_order")[1].text
     assert [section.folded for section in all_rows(MEASURED)] == [True, True]
-    assert main_sections([], "zero_order", []) == all_rows([]) == []
+    assert main_sections([], "zero_order") == all_rows([]) == []

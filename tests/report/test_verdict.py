@@ -7,17 +7,17 @@ from typing import Any
 
 import pytest
 
+from slide_fmu.core.measures import FEWEST
 from slide_fmu.report.html_report import Fact
 from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.verdict import MISSING, verdict, verdict_facts
 from slide_fmu.validation.error_figures import Timing
-from slide_fmu.validation.row import ALL, FINER, YOURS, Row
+from slide_fmu.validation.row import ALL, FLAGGED, LEAST_COVERED, SEARCH, YOURS, Row
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 from tests.report.made_rows import MEASURED, row, timing, unfilled, without_bound
 
-SILENT = "does not say so"
-REPORTED = "says that it is wrong"
-"""What the last sentence says of kinds of input that are to be avoided."""
+REPORTED = "which it reports"
+"""What the last sentence says of kinds of input on which the FMU says where it is wrong."""
 
 
 def to_avoid(*rows: Row) -> str:
@@ -27,34 +27,28 @@ def to_avoid(*rows: Row) -> str:
 
 
 def test_three_sentences_say_error_trust_and_what_to_avoid() -> None:
-    error, trust, avoid = verdict(MEASURED)
-    for figure in ("plain call is 2 %", "20 ms", "1.5 % at 5 ms", "sines of 1 Hz 30 % and 8 %"):
-        assert figure in error
-    for figure in ("96 % of the samples at 20 ms", "covers 95 %", "99 %"):
-        assert figure in trust
-    assert "smooth inputs: sines of 1 Hz (30 %); there" in avoid
-    assert SILENT in avoid
+    assert verdict(MEASURED) == (
+        "The error in the plain call is 2 % under inputs as in the training at a communication "
+        "step of 20 ms, its own, and 1.5 % at 5 ms (relative RMSE).",
+        "The FMU trusts 96 % of these samples at 20 ms and 99 % at 5 ms; its bound promises to "
+        "cover 95 % of the errors, and covers 95 % and 95 %.",
+        "Avoid sines of 1 Hz (error 30 %, wrong and trusted in 80 %); inputs outside of their "
+        "ranges are reported.",
+    )
+
+
+def test_every_verdict_has_three_sentences_of_one_full_stop_each() -> None:
+    bad = row("steps", harmful=0.5, silent=0.1)
+    far = row("ramps", error=0.4)
+    few = row("rest", trajectories=3)
+    for rows in ([row()], [without_bound()], [row(), bad, few], [row(), far], [unfilled(), few]):
+        sentences = verdict(rows)
+        assert len(sentences) == 3
+        assert all(one.endswith(".") and ". " not in one and " ;" not in one for one in sentences)
 
 
 def yours(name: str = "second half of drive.csv", **more: Any) -> Row:
     return row(name, YOURS, **more)
-
-
-def test_your_inputs_come_before_the_three_sentences() -> None:
-    first, *others = verdict([*MEASURED, yours(error=0.003), yours(error=0.002, steps=FINER)])
-    assert tuple(others) == verdict(MEASURED)
-    for figure in (
-        "(second half of drive.csv)",
-        "plain call is 0.3 %",
-        "20 ms, and 0.2 % at 5 ms",
-    ):
-        assert figure in first
-    assert "trusts 96 % of the samples there at 20 ms, where its bound covers 95 %," in first
-    without = yours(error=0.003, covered=None, trusted=None, silent=None)
-    one, two, *_ = verdict([*MEASURED, yours("a.csv"), replace(without, inputs="b.csv")])
-    assert "(a.csv)" in one
-    assert two.startswith("Under your inputs (b.csv) the error in the plain call is 0.3 %")
-    assert two.endswith("of 20 ms (relative RMSE).")
 
 
 def test_your_inputs_are_the_first_large_number_and_the_first_row() -> None:
@@ -67,61 +61,72 @@ def test_your_inputs_are_the_first_large_number_and_the_first_row() -> None:
 
 def test_a_bound_that_never_counts_at_a_step_is_named() -> None:
     _, trust, _ = verdict([row(), unfilled(steps=4.0)])
-    assert "At 5 ms error_bound_filled never becomes 1" in trust
+    assert trust.endswith("; at 5 ms error_bound_filled never becomes 1, so that no bound counts.")
 
 
 def test_an_fmu_without_a_bound_says_so_and_what_to_avoid() -> None:
     rows = [without_bound(), without_bound(inputs="steps", error=0.5, harmful=0.4)]
     _, trust, avoid = verdict(rows)
     assert "no error bound" in trust
-    assert "in range: steps (50 %)" in avoid
-    assert SILENT in avoid
+    assert "Avoid steps (error 50 %, not reported); " in avoid
 
 
 def test_kinds_that_are_reported_come_behind_silent_ones() -> None:
     reported = row("jumps", HELD_OUT, 0.9, harmful=0.5)
-    alone = to_avoid(reported)
-    assert f"{HELD_OUT}: jumps (90 %)" in alone
-    assert REPORTED in alone
+    assert f"Avoid jumps (error 90 %, {REPORTED}); " in to_avoid(reported)
     both = to_avoid(reported, row("steps", harmful=0.5, silent=0.2))
-    assert "jumps" not in both
-    assert "steps" in both
+    assert both.startswith("Avoid steps (error 1 %, wrong and trusted in 20 %), jumps (")
 
 
-def test_kinds_that_are_silent_at_the_finer_step_alone_are_named_behind() -> None:
+def test_a_bound_that_covers_too_little_makes_a_kind_one_to_avoid() -> None:
+    few, well = (LEAST_COVERED + more for more in (-1e-3, 1e-3))
+    assert "Avoid steps (error 1 %, bound covers 87.9 %); " in to_avoid(row("steps", covered=few))
+    flagged = row("ramps", covered=few, trusted=FLAGGED)
+    assert "Avoid" not in to_avoid(row("steps", covered=well), flagged)
+
+
+def test_kinds_that_are_silent_at_the_finer_step_alone_are_named_with_it() -> None:
     finer = [row("jumps", steps=4.0, error=0.2, silent=0.03), row("ramps", steps=4.0)]
-    alone = to_avoid(row("jumps"), *finer)
-    assert alone.startswith("At 5 ms ")
-    assert "in range: jumps (20 %)" in alone
-    assert "ramps" not in alone
+    assert to_avoid(row("jumps"), *finer).startswith(
+        "Avoid jumps at 5 ms (error 20 %, wrong and trusted in 3 %); "
+    )
     silent = row("steps", harmful=0.5, silent=0.2)
-    own, _, at_finer = to_avoid(silent, replace(silent, steps=4.0), *finer).partition("At 5 ms")
-    assert ("steps" in own, "jumps" in own) == (True, False)
-    assert ("steps" in at_finer, "jumps" in at_finer) == (False, True)
+    both = to_avoid(silent, replace(silent, steps=4.0), *finer)
+    assert both.startswith("Avoid steps (error 1 %, wrong and trusted in 20 %), jumps at 5 ms (")
+    assert "ramps" not in both
 
 
 @pytest.mark.parametrize("kind", [BEYOND, "sum"])
 def test_kinds_beyond_the_range_and_sums_of_kinds_are_not_named(kind: str) -> None:
     bad = row("steps", BEYOND, harmful=0.9, silent=0.9) if kind == BEYOND else row(harmful=0.5)
-    assert "none is to be avoided" in to_avoid(bad)
+    assert "Avoid inputs unlike those that were measured;" in to_avoid(bad)
+    assert "can be judged (1) is to be avoided;" in to_avoid(bad, row("ramps"))
 
 
-def test_kinds_of_which_few_motions_were_measured_say_how_many() -> None:
-    rows = [row("jumps", harmful=0.5, trajectories=2), row("steps", harmful=0.4, trajectories=1)]
-    assert "jumps (1 %, 2 motions), in range: steps (1 %, 1 motion); there" in to_avoid(*rows)
+def test_kinds_with_too_few_motions_are_counted_and_not_judged() -> None:
+    few = [row(f"jumps {n}", harmful=0.5, trajectories=FEWEST - 1) for n in range(2)]
+    assert to_avoid(*few).startswith(
+        "Avoid inputs unlike those that were measured; of 2 kinds there are too few motions to "
+    )
+    assert "Avoid jumps 0 (" in to_avoid(replace(few[0], trajectories=FEWEST), few[1])
+
+
+def test_one_motion_of_a_search_is_judged() -> None:
+    found = row("noise", SEARCH, harmful=0.5, silent=0.3, trajectories=1)
+    assert "Avoid noise (error 1 %, wrong and trusted in 30 %)" in to_avoid(found)
 
 
 def test_kinds_of_the_same_name_have_their_groups() -> None:
     rows = [row("steps", group, harmful=0.5, silent=0.1) for group in (IN_RANGE, HELD_OUT)]
     for group in (IN_RANGE, HELD_OUT):
-        assert f"{group}: steps (1 %)" in to_avoid(*rows)
+        assert f"{group}: steps (error 1 %" in to_avoid(*rows)
 
 
 def test_more_kinds_than_three_are_counted() -> None:
     rows = [row(f"kind {n}", harmful=0.9, silent=0.1 * n) for n in range(1, 6)]
     named = to_avoid(*rows)
     assert [n for n in range(1, 6) if f"kind {n} " in named] == [3, 4, 5]
-    assert "and 2 more" in named
+    assert "and 2 more kinds of input that the report names" in named
 
 
 def test_records_have_the_error_of_the_call_that_was_measured() -> None:
@@ -135,19 +140,17 @@ def test_several_outputs_have_the_largest_error() -> None:
     worse = replace(one.outputs[0], name="angle", relative_rmse=0.07, covered=0.9)
     error, trust, _ = verdict([replace(one, outputs=(*one.outputs, worse))])
     assert "is up to 7 %" in error
-    assert "covers 90 %" in trust
+    assert "and covers 90 %" in trust
 
 
 def test_errors_that_are_large_but_usual_are_told_in_the_same_line() -> None:
     rows = [row(error=0.4), row("steps", error=0.4), row("ramps", error=0.06), row("rest")]
     error, _, avoid = verdict(rows)
     assert "far off (error above 5 %)" in error
-    usual = "in range: steps (40 %), in range: ramps (6 %) its error is usual"
-    assert usual in avoid
-    assert SILENT not in avoid
+    usual = "steps (error 40 %, usual for it), ramps (error 6 %, usual for it)"
+    assert f"Avoid {usual}; " in avoid
     _, _, avoid = verdict([*rows, row("jumps", error=0.9, harmful=0.5, silent=0.5)])
-    assert "jumps (90 %)" in avoid
-    assert avoid.index(SILENT) < avoid.index(usual)
+    assert f"Avoid jumps (error 90 %, wrong and trusted in 50 %), {usual}; " in avoid
 
 
 def test_nothing_is_far_off_up_to_five_per_cent() -> None:
@@ -188,6 +191,12 @@ def test_validity_expects_nothing_of_kinds_that_no_training_saw() -> None:
     unseen = row("binary", HELD_OUT, harmful=0.5)
     number = facts(row(), row("steps"), unseen)["Validity"]
     assert (number.value, number.good) == ("1 of 2", True)
+
+
+def test_validity_counts_kinds_with_too_few_motions_apart() -> None:
+    number = facts(row(), row("steps"), row("ramps", trajectories=3))["Validity"]
+    assert number.value == "1 of 1"
+    assert number.text.endswith(" 1 more have too few motions to tell.")
 
 
 def test_a_large_error_is_no_good_sign_even_where_it_is_usual() -> None:

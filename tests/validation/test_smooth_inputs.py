@@ -17,7 +17,7 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation import smooth_inputs, user_inputs
+from slide_fmu.validation import smooth_inputs
 from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
@@ -27,7 +27,7 @@ from slide_fmu.validation.smooth_inputs import (
     Sines,
     SmoothMotions,
     band_of,
-    fine_truth,
+    fine_truths,
     model_rows,
 )
 from slide_fmu.validation.task import IN_RANGE, Task
@@ -43,10 +43,9 @@ Case = tuple[Path, Validation, tuple[Row, ...]]
 
 @pytest.fixture(scope="module")
 def few_smooth() -> Iterator[None]:
-    """Few trajectories of smooth inputs, and of those as users set them: they take most time."""
+    """Few trajectories of smooth inputs: they take most time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(smooth_inputs, "TRAJECTORIES", FEW)
-        patch.setattr(user_inputs, "TRAJECTORIES", 1)
         yield
 
 
@@ -147,7 +146,9 @@ def test_finest_model_that_says_itself_that_inputs_are_held_has_a_row_at_every_s
     case = case_of(recipe)
     signals, hz, step = case.reference.inputs, band_of(recipe), recipe.window.step
     sines, system = Sines(signals, hz, 0, 3), case.reference_as_it_runs()
-    motion = MeasuredMotion(sines, fine_truth(system, sines, 800), system.step, 10 * step)
+    (truth,) = fine_truths(system, [sines], [800])
+    assert isinstance(truth, np.ndarray)
+    motion = MeasuredMotion(sines, truth, system.step, 10 * step)
     found = SmoothMotions((motion,), system, hz)
     outputs = case.reference.outputs
     levels = ErrorLevels(np.zeros(len(outputs)))

@@ -20,6 +20,7 @@ from slide_fmu.validation.user_channels import Channel, channels_of
 from slide_fmu.validation.user_inputs import (
     OF_INPUTS,
     OF_MOTIONS,
+    SINES,
     Drawing,
     UserInput,
     name_with_ranges,
@@ -85,7 +86,7 @@ def test_held_inputs_jump_where_an_importer_sets_them(kind: str) -> None:
 
 
 def test_angles_are_given_by_cosine_and_sine_of_their_length() -> None:
-    tone = OF_MOTIONS["a slow sine"](ANGLE, np.random.default_rng(0))
+    tone = OF_MOTIONS[SINES](ANGLE, np.random.default_rng(0))
     inputs = UserInput((ANGLE,), (tone,))(TIME)
     np.testing.assert_allclose(np.hypot(*inputs.T), 2.0)
 
@@ -99,8 +100,8 @@ def test_a_stopped_tone_stays_and_is_then_released() -> None:
 
 def test_names_say_frequencies_and_amplitudes_with_their_units() -> None:
     slow, fast = (Tone(350.0, size, 2 * math.pi * hz, 0.0) for size, hz in ((40, 0.5), (200, 2)))
-    assert name_with_ranges("a slow sine", [FORCE], [[slow], [fast]]) == (
-        "a slow sine of 0.5 to 2 Hz with an amplitude of 40 to 200 N"
+    assert name_with_ranges(SINES, [FORCE], [[slow], [fast]]) == (
+        "a sine of 0.5 to 2 Hz with an amplitude of 40 to 200 N in each input"
     )
     stopped = StoppedTone(slow, 1.0, 2.0, 0.0)
     assert name_with_ranges("a slow sine that stops, then a release", [FORCE], [[stopped]]) == (
@@ -111,8 +112,8 @@ def test_names_say_frequencies_and_amplitudes_with_their_units() -> None:
         "of 1 Hz with an amplitude of 1 rad"
     )
     warm = Tone(300.0, 10.0, 2 * math.pi, 0.0)
-    assert name_with_ranges("a fast sine", [FORCE, HEATED], [[slow, warm]]) == (
-        "a fast sine of 0.5 to 1 Hz with an amplitude of 3.1 to 25 % of each range"
+    assert name_with_ranges(SINES, [FORCE, HEATED], [[slow, warm]]) == (
+        "a sine of 0.5 to 1 Hz with an amplitude of 3.1 to 25 % of each range in each input"
     )
 
 
@@ -133,10 +134,11 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     recipe = lag_recipe(tmp_path, "zero_order")
     surrogate = lag_surrogate(recipe, "zero_order")
     case = case_of(recipe)
-    motions = user_motions(surrogate, case, Task(UNSEEN_SEED), silent)
-    names = [named.inputs for named in motions]
-    assert len(names) == len(OF_INPUTS)
-    assert all(one.startswith(kind[:6]) for one, kind in zip(names, OF_INPUTS, strict=True))
+    motions = user_motions(surrogate, case, Task(UNSEEN_SEED), 2, silent)
+    names, alone = [named.inputs for named in motions], [k for k in OF_INPUTS if k != SINES]
+    assert len(names) == len(alone)
+    assert all(one.startswith(kind[:6]) for one, kind in zip(names, alone, strict=True))
+    assert all(len(each) == 2 for each in motions.values())
     (steps, _) = next(each for named, each in motions.items() if named.inputs[:5] == "steps")
     assert steps.grid == pytest.approx(0.0625 / 8)
     fine = steps.grid / 64
@@ -145,7 +147,7 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     exact = lfilter([1 - pole], [1, -pole], steps.course(middles)[:, 0])[63::64]
     later = steps.truth[1:, 0][len(exact) // 2 :]
     assert np.abs(later - exact[len(exact) // 2 :]).max() < 0.05 * np.ptp(exact)
-    others = [named.inputs for named in user_motions(surrogate, case, Task(7), silent)]
+    others = [named.inputs for named in user_motions(surrogate, case, Task(7), 1, silent)]
     assert not set(names) & set(others)
 
 

@@ -84,10 +84,10 @@ def test_worker_processes_start_where_the_rest_of_the_work_is_long(
 ) -> None:
     """Two trajectories of so many seconds each are left, and ten seconds are worth processes."""
     started: list[int] = []
-    inside = [100.0, 100.0]  # around the simulation of the first trajectory
-    clock = chain([100.0, *inside, 100.0 + seconds], repeat(200.0))
+    clock = chain([100.0, 100.0 + seconds], repeat(200.0))  # around the first trajectory
+    times = SimpleNamespace(process_time=lambda: next(clock), perf_counter=lambda: 0.0)
     monkeypatch.setattr(validation, "WORTH_PROCESSES", 10.0)
-    monkeypatch.setattr(validation, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    monkeypatch.setattr(validation, "time", times)
     monkeypatch.setattr(validation, "process_pool", lambda *_: nullcontext())
     monkeypatch.setattr(
         validation, "in_parallel", lambda *work: started.append(len(work[2])) or []

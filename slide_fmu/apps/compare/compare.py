@@ -207,7 +207,7 @@ def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotio
     """Return unseen motions of the reference system."""
     recipe, reference = job.recipe, job.case.reference
     duration = recipe.validation.duration or recipe.data.duration
-    count = terms.trajectories or recipe.validation.trajectories
+    count = recipe.unseen(terms.trajectories)
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
     key = key_of(
         values_of_draws(recipe),

@@ -13,8 +13,8 @@ MEANING = (
     "The model's solver is loosened until its error is that of the FMU; compared is the fastest "
     "setting whose error is no larger. Functions are integrated sample by sample, and over whole "
     "motions by one call of scipy's solve_ivp, as their users would do it. Errors are those of "
-    "known inputs: RMSEs over the RMS of the truth about its mean, their RMS over the outputs. Of "
-    "the FMU, set, doStep and get of its outputs through fmpy are timed."
+    "known inputs: RMSEs over the RMS of the truth about its mean, their RMS over the outputs. "
+    "The FMU is timed in fmpy.simulate_fmu, as its users run it. All times are CPU times."
 )
 
 

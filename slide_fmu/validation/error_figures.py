@@ -130,7 +130,7 @@ class SolverSetting:
         solver: name of what integrates it.
         setting: how finely, for people, as ``"rtol = 1e-06, atol = 1e-09"``.
         relative_error: RMS over the outputs of their relative RMSE against the finest reference.
-        seconds: time that a simulated second takes, in s.
+        seconds: CPU time that a simulated second takes, in s.
     """
 
     model: str
@@ -149,7 +149,7 @@ class SpeedFigures:
         loosened: the fastest setting whose error is at most that of the FMU; the finest one where
             none was found.
         relative_error: of the FMU, as of ``SolverSetting``, with inputs known to the step's end.
-        seconds: time of set, doStep and get of the FMU through fmpy for a simulated second, in s.
+        seconds: CPU time of the FMU in ``fmpy.simulate_fmu`` for a simulated second, in s.
         ratio: time of the loosened model over that of the FMU.
         can_be_loosened: whether there are other settings of the reference.
         complete: whether all of the search was done within the time for it.

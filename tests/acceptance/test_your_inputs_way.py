@@ -49,7 +49,7 @@ def test_second_half_is_never_learnt_and_judges_first(
     assert yours[0]["inputs"] == "second half of drive.csv"
     assert yours[0]["samples"] == yours[0]["counted"] == pytest.approx(12.0 * 64, abs=1)
     assert yours[0]["outputs"][0]["relative_rmse"] < 0.05
-    assert "Under your inputs (second half of drive.csv) the error" in result.stderr
+    assert " under your inputs (second half of drive.csv) at a communication " in result.stderr
     assert recipe.read_text(encoding="utf-8") == SMALL_BOUNDED  # only this run has the file
 
     fmu, card = runs / "small_bounded" / "small_bounded.fmu", runs / "small_bounded" / "card.md"

@@ -157,6 +157,14 @@ def test_nothing_is_far_off_up_to_five_per_cent() -> None:
     assert "far off" not in " ".join(verdict([row(error=0.05), row("steps", error=0.05)]))
 
 
+def test_your_inputs_come_in_the_place_of_those_of_the_training() -> None:
+    yours = row("second half of drive.csv", YOURS, 0.03, trajectories=1, trusted=0.7)
+    error, trust, avoid = verdict([row(), yours])
+    assert "is 3 % under your inputs (second half of drive.csv) at a communication" in error
+    assert trust.startswith("The FMU trusts 70 % of these samples at 20 ms; ")
+    assert "can be judged (1) is to be avoided" in avoid
+
+
 def test_nothing_measured_says_so() -> None:
     assert verdict([]) == ()
 

@@ -158,6 +158,9 @@ def card_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
 
 def _judged_at_all(rows: Iterable[Row]) -> str:
     """Judge the rows of a kind of input once where they agree, else at each step."""
+    rows = list(rows)
+    if rows and all(row.few for row in rows):
+        return judgement_on(rows[0])
     words = {_part(row.steps): text for row in rows if (text := judgement_on(row))}
     if len(set(words.values())) <= 1:
         return next(iter(words.values()), "")

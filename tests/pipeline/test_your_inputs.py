@@ -75,7 +75,7 @@ def test_an_fmu_is_measured_under_a_file_and_other_options_are_refused(tmp_path:
         assert row["outputs"][0]["relative_rmse"] < 0.002
         assert row["outputs"][0]["covered"] > 0.95
         assert row["trusted"] > 0.9
-    assert "Under your inputs (drive.csv) the error in the plain call is" in result.stderr
+    assert " under your inputs (drive.csv) at a communication step of 10 ms" in result.stderr
     refused = invoke("validate", FMU, "--inputs", file, "--trajectories", 3)
     assert refused.exit_code == 1
     assert "leave them out" in refused.output

@@ -53,7 +53,8 @@ def test_verdicts_follow_from_harm_and_silence() -> None:
 
 
 def test_kinds_with_too_few_motions_are_not_judged() -> None:
-    rows = [row("a", trajectories=11), row("b"), row("b", steps=4.0, trajectories=3)]
+    few = row("a", trajectories=11), row("a", steps=4.0, trajectories=2)
+    rows = [*few, row("b"), row("b", steps=4.0, trajectories=3)]
     assert [line[-1] for line in card_table(rows).rows] == [
         "too few motions to tell (11 of 12)",
         "h: valid; h/4: too few motions to tell (3 of 12)",

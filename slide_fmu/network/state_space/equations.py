@@ -110,11 +110,12 @@ class Equations:
         self.v_x = None if cell.v is None else cell.v[..., :n]
         self.v_g = None if cell.v is None else cell.v[..., n:]
         arguments = times(seen, self.w_f)
-        self._arguments = arguments + constant[..., 0] if constant.shape[-1] else arguments
-        self._driven = times(inputs.drive, cell.b)
+        arguments = arguments + constant[..., 0] if constant.shape[-1] else arguments
+        # one array for each sample: the way back of one sample of a tensor would fill all of it
+        self._arguments, self._driven = list(arguments), list(times(inputs.drive, cell.b))
         if self.v_g is not None:
-            self._gates = self._activation.value(self._arguments, xp)
-            self._offered = times(inputs.gated, self.v_g)
+            self._gates = list(self._activation.value(arguments, xp))
+            self._offered = list(times(inputs.gated, self.v_g))
 
     def run(self, state: Array) -> Array:
         """Return the states after all samples, (N, B, n), from the states before them, (B, n)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import subprocess
@@ -9,13 +10,17 @@ import sys
 import tempfile
 import time
 from concurrent.futures import BrokenExecutor
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from slide_fmu.core.files import FullDiskError
+from slide_fmu.core.progress import Stages, part_of, quiet_stages
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.data.isolated_process import EndedError, call_isolated, guarded
+from slide_fmu.data.isolated_process import EndedError, IsolatedCall, call_isolated, guarded
 from slide_fmu.data.pool import process_pool
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
@@ -118,3 +123,57 @@ def wait_until(happened: object, seconds: float = 20.0) -> None:
     while not happened():
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(0.05)
+
+
+def count_to(stages: Stages, last: int) -> int:
+    """Show a stage with a part, and print, which is no part of the answer."""
+    progress = stages("counting")
+    part = part_of(progress, "by one", at_most=True)
+    for number in range(last + 1):
+        print(number)
+        part(number, last, 0.5)
+    progress(1, 1)
+    return last
+
+
+def fail_late(stages: Stages) -> None:
+    stages("failing")(0, 1)
+    raise FullDiskError(errno.ENOSPC, "full", "net.pt")
+
+
+@dataclass
+class Shown:
+    """A progress that keeps what it is called with, and that of its parts."""
+
+    name: str
+    calls: list[tuple[object, ...]]
+
+    def __call__(self, done: int, total: int, error: float | None = None) -> None:
+        self.calls.append((self.name, done, total, error))
+
+    def part(self, name: str, at_most: bool) -> Shown:
+        return Shown(f"{self.name}, {name}", self.calls)
+
+
+def test_progress_of_another_program_is_shown_here_while_this_one_goes_on() -> None:
+    calls: list[tuple[object, ...]] = []
+    with IsolatedCall(count_to, 2, stages=lambda name: Shown(name, calls)) as call:
+        assert call.result() == 2
+    parts = [("counting, by one", number, 2, 0.5) for number in range(3)]
+    assert calls == [*parts, ("counting", 1, 1, None)]
+
+
+def test_error_of_another_program_is_known_before_its_result_is_asked_for() -> None:
+    with IsolatedCall(fail_late, stages=quiet_stages) as call:
+        wait_until(lambda: call.failed)
+        with pytest.raises(FullDiskError, match="disk is full"):
+            call.result()
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+def test_block_that_is_left_ends_the_program(tmp_path: Path) -> None:
+    place = tmp_path / "pid"
+    with suppress(KeyboardInterrupt), IsolatedCall(note_and_sleep, str(place)):
+        wait_until(place.exists)
+        raise KeyboardInterrupt
+    assert not alive(place.read_text())

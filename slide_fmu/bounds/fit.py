@@ -1,48 +1,33 @@
-"""A recipe and its trajectories are fitted to a surrogate with error estimator and error bound.
-
-The companion of a bound is the same network again, or a larger one, trained on other trajectories.
-It shows the scale of the surrogate's error only if it is about as accurate; otherwise the
-difference of both is its own error. If it is more accurate, the difference is the surrogate's
-error. So a recipe may give it more hidden units and a longer training
-(``bound.expert.companion``). Sizes that the recipe leaves open are those found for the surrogate.
-A training may end in a worse minimum, so there are several attempts (``bound.expert.attempts``).
-Where the training begins with an FMU, the companion begins with that FMU's, once.
-"""
+"""A recipe and its trajectories are fitted to a surrogate with error estimator and error bound."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
 
+from slide_fmu.bounds.companion import COMPANION, Attempt, Companion
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimate_use import useless_estimate
 from slide_fmu.bounds.estimator import fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
-from slide_fmu.bounds.known_start import companion_start
 from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.checkpoint import checkpoint_key
-from slide_fmu.fitting.feature_search import STAGE as FEATURES
 from slide_fmu.fitting.history import History
-from slide_fmu.fitting.network import SURROGATE, Fit, Part, fit_network
+from slide_fmu.fitting.network import Fit, fit_network
 from slide_fmu.fitting.preparation import Work, eigenvalues_at_rest
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe, tables_of_training
-from slide_fmu.surrogate.surrogate import Surrogate
 
 OF_ESTIMATOR = "estimator_validation"
 """Name of the split whose trajectories select the estimator's weights."""
 
-COMPANION = "companion"
-"""Name of the companion's stage in the progress and in the figures."""
 
-ACCURATE = 1.3
-"""Largest ratio of the validation errors of companion and surrogate. A less accurate companion
-makes bounds wider, since its own error is most of the disagreement."""
-
-
-def fit_surrogate(work: Work) -> Fit:
+def fit_surrogate(work: Work, side_by_side: bool = False) -> Fit:
     """Train the surrogate of a recipe, then its error estimator and its error bound.
+
+    The companion of the bound may be trained next to the surrogate, with the same result
+    (``side_by_side``).
 
     Raises:
         RecipeError: the recipe has open values.
@@ -55,10 +40,17 @@ def fit_surrogate(work: Work) -> Fit:
     """
     recipe = work.recipe
     work.trajectories.require()
-    fit = _with_forecast(work, fit_network(work))
-    if recipe.estimator is not None:
-        fit = _with_estimator(work, fit)
-    return fit if recipe.bound is None else _with_bound(work, fit)
+    if recipe.bound is None:
+        return _fit_alone(work, fit_network(work))
+    with Companion(work, side_by_side) as companion:
+        fit = _fit_alone(companion.work, fit_network(companion.work, begin=companion.begin))
+        return _with_bound(work, fit, companion.of(fit))
+
+
+def _fit_alone(work: Work, fit: Fit) -> Fit:
+    """Complete a fitted network by what needs no bound: forecast and error estimator."""
+    fit = _with_forecast(work, fit)
+    return fit if work.recipe.estimator is None else _with_estimator(work, fit)
 
 
 def key_of_surrogate(work: Work) -> str:
@@ -126,11 +118,11 @@ def _in_range(recipe: Recipe, split: Split) -> Split:
     return Split(**parts) if kept else split
 
 
-def _with_bound(work: Work, fit: Fit) -> Fit:
-    """Fit the companion, then the bound of a surrogate; omit an error estimate without use."""
+def _with_bound(work: Work, fit: Fit, attempt: Attempt) -> Fit:
+    """Fit the bound of a surrogate and its companion; omit an error estimate without use."""
     recipe, surrogate = work.recipe, fit.surrogate
     assert recipe.bound is not None
-    fitted, course = _fit_companion(work, fit)
+    fitted, course = attempt.companion, attempt.history
     companion = fitted.network
     assert isinstance(companion, StateSpace)
     splits = work.splits("bound", "calibration", *([FURTHER] if recipe.further_kinds() else []))
@@ -150,28 +142,3 @@ def _with_bound(work: Work, fit: Fit) -> Fit:
         if useless:
             surrogate = replace(surrogate, bound=bound.without_estimate())
     return replace(fit, surrogate=surrogate, histories=fit.histories | more)
-
-
-def _fit_companion(work: Work, fit: Fit) -> tuple[Surrogate, History]:
-    """Fit the companion of a surrogate; return the most accurate of all attempts."""
-    recipe, surrogate = work.recipe, fit.surrogate
-    assert recipe.bound is not None
-    split = "train" if recipe.data.companion == "train" else "companion"
-    accurate = ACCURATE * min(fit.histories[SURROGATE].validation_error)
-    # if features were searched, the companion searches them too, with its own sizes
-    searched = any(name.startswith(FEATURES) for name in fit.histories)
-    sized = recipe if searched else fit.recipe
-    attempts: list[tuple[float, Surrogate, History]] = []
-    known = None if work.known is None else companion_start(work.known)
-    for attempt in range(recipe.bound.expert.attempts if known is None else 1):
-        stage = COMPANION if attempt == 0 else f"{COMPANION}, attempt {attempt + 1}"
-        part = Part(stage, split, "validation", surrogate.output_scaling)
-        case = work.case.with_recipe(sized.of_companion(attempt))
-        other = fit_network(replace(work, case=case, known=known), part)
-        history = other.histories[stage]
-        error = min(history.validation_error)
-        attempts.append((error, other.surrogate, history))
-        if error <= accurate:
-            break
-    _, companion, history = min(attempts, key=lambda one: one[0])
-    return companion, history

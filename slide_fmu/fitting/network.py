@@ -18,7 +18,7 @@ from slide_fmu.fitting.preparation import Work, prepare, scales_of
 from slide_fmu.fitting.problem import FittedNetwork, Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
 from slide_fmu.memory.cube_limits import with_stable_cubes
-from slide_fmu.recipe.learning import FeedForwardRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import FeedForwardRecipe, NetworkTable, StateSpaceRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 
@@ -70,8 +70,16 @@ class Fit:
     recipe: Recipe
 
 
-def fit_network(work: Work, part: Part = Part()) -> Fit:
+def fit_network(
+    work: Work,
+    part: Part = Part(),
+    begin: Callable[[Recipe, Affine], None] = lambda recipe, outputs: None,
+) -> Fit:
     """Fit the surrogate without forecast, estimator and bound.
+
+    ``begin`` is called as soon as all is known that the fit of another network takes from this
+    one, if that is before the end: the recipe for it, and the scaling of the outputs. If features
+    were searched, the other one searches for features and sizes of its own.
 
     Raises:
         TrajectoryError: trajectories are missing.
@@ -89,6 +97,14 @@ def fit_network(work: Work, part: Part = Part()) -> Fit:
     relative = known is None and scales.noise is None and not even_out
     shown = ProgressListener(work.progress(part.stage), with_error=relative)
     problem = prepared.problem(splits, checkpoint)
+    if prepared.tried:
+        begin(recipe, scales.outputs)
+    else:
+
+        def sized(table: NetworkTable) -> None:
+            begin(recipe.model_copy(update={"network": table}), scales.outputs)
+
+        problem = replace(problem, sized=sized)
     fitted = FITS[type(recipe.network)](problem, prepared.table, recipe.training, shown)
     history = replace(fitted.history, cpu_seconds=spent.keep(), relative=relative)
     surrogate = Surrogate(

@@ -8,6 +8,7 @@ in parallel, for networks with a state.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -31,6 +32,13 @@ Which = Literal["training", "validation", "beyond"]
 FeatureData = tuple[torch.Tensor, torch.Tensor]
 """Features (n_trajectories, N, n_features) and outputs (n_trajectories, N + 1, n_outputs), both in
 scaled units."""
+
+Sized = Callable[[NetworkTable], None]
+"""Is called with the recipe's table of a network, with its sizes."""
+
+
+def _nobody_waits(table: NetworkTable) -> None:
+    """Let nobody know the sizes of a network."""
 
 
 def features_and_outputs(
@@ -84,6 +92,8 @@ class Problem:
         physical: the physical parameters that the weights must follow; None if there are none.
         noise: samples of the outputs' noise in scaled units, (N, n_outputs) each, whose spectrum
             weights the residuals; None if it is not known.
+        sized: is called with the table of the network as soon as its sizes are known, if that is
+            before the last run of the fit; whoever waits for the sizes can go on then.
     """
 
     window: Window
@@ -96,6 +106,7 @@ class Problem:
     start: StateSpace | None = None
     physical: Physical | None = None
     noise: tuple[FloatArray, ...] | None = None
+    sized: Sized = _nobody_waits
 
 
 @dataclass(frozen=True, eq=False)

@@ -224,7 +224,7 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
     kept = folder.known_training(key)
     if kept is not None:
         return Training(kept, recipe, made_now=False)
-    fit = fit_surrogate(work)
+    fit = fit_surrogate(work, side_by_side=True)
     start = start_origin(recipe, known)
     trained = TrainedSurrogate(fit.surrogate, fit.histories, versions(), start)
     folder.save_training(trained, recipe, key)

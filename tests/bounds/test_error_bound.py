@@ -14,9 +14,10 @@ from crepes import ConformalRegressor
 
 from slide_fmu.bounds import error_bound
 from slide_fmu.bounds import fit as fit_module
+from slide_fmu.bounds.companion import COMPANION
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimate_use import useless_estimate
-from slide_fmu.bounds.fit import COMPANION, fit_surrogate
+from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate

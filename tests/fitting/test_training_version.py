@@ -16,6 +16,7 @@ import pytest
 import torch
 
 from slide_fmu.bounds import fit as bounds
+from slide_fmu.bounds.companion import Companion
 from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.checkpoint import TRAINING_VERSION
 from slide_fmu.fitting.network import Fit, fit_network
@@ -130,6 +131,9 @@ def test_trainings_give_the_results_of_their_version(tmp_path: Path) -> None:
     work = work_on(FEED_FORWARD, tmp_path)
     found = {"feed-forward": results_of(bounds._with_estimator(work, fit_network(work)))}
     work = work_on(STATE_SPACE, tmp_path)
-    found["state-space"] = results_of(bounds._with_bound(work, fit_network(work)))
+    fit = fit_network(work)
+    found["state-space"] = results_of(
+        bounds._with_bound(work, fit, Companion(work, False).of(fit))
+    )
     expected = RESULTS[TRAINING_VERSION]
     assert found == {kind: pytest.approx(values, rel=DIGITS) for kind, values in expected.items()}

@@ -71,6 +71,7 @@ def fit_state_space(
         chosen = choose_sizes(multi_start)
         winner = compete(multi_start, chosen)
     else:
+        problem.sized(network)
         multi_start.ledger.plan(training.iterations)
         winner = multi_start.refine_known(candidate_from(problem.start, multi_start))
     multi_start.ledger.finish()
@@ -88,10 +89,13 @@ def fit_state_space(
         explanations=(*why, *chosen.explanations),
         remark=remark_on(winner, still_learnable(data, winner), data),
     )
-    n_units = winner.shape.n_units
-    order = winner.shape.n_states - (network.padding if n_units else 0)
-    table = network.model_copy(update={"order": order, "hidden": n_units})
-    return FittedNetwork(freeze(winner, data), history, table)
+    return FittedNetwork(freeze(winner, data), history, _sized(network, winner.shape))
+
+
+def _sized(network: StateSpaceRecipe, shape: CellShape) -> StateSpaceRecipe:
+    """Return the table of a network with the sizes of a cell, which has padding where it needs."""
+    order = shape.n_states - (network.padding if shape.n_units else 0)
+    return network.model_copy(update={"order": order, "hidden": shape.n_units})
 
 
 def candidate_from(start: StateSpace, multi_start: MultiStart) -> Candidate:
@@ -129,9 +133,13 @@ def compete(multi_start: MultiStart, chosen: SizeChoice) -> Candidate:
     units, the best network is widened.
     """
     training, n_units, larger = multi_start.training, chosen.n_units, chosen.larger
+    network, sized = multi_start.network, multi_start.problem.sized
     dense = multi_start.dense_units(chosen.order, n_units) if n_units else 0
     last = training.iterations if dense == n_units else training.expert.refinements
     winner = chosen.judged
+    competes = larger is not None and dense == n_units == larger.shape.n_units
+    if not competes:
+        sized(_sized(network, multi_start.shape(chosen.order, n_units)))
     if winner is None:
         search = training.search_iterations(training.starts, training.expert.kept)
         multi_start.ledger.plan(2 * LINEAR_ITERATIONS + (search if n_units else 0) + last)
@@ -139,7 +147,7 @@ def compete(multi_start: MultiStart, chosen: SizeChoice) -> Candidate:
         if n_units:
             numbers = range(training.starts)
             winner = multi_start.best_of([multi_start.start(winner, dense, n) for n in numbers])
-    elif dense == n_units and larger is not None and larger.shape.n_units == n_units:
+    elif larger is not None and competes:
         return _of_two(multi_start, winner, larger)
     else:
         multi_start.ledger.plan(last)
@@ -152,6 +160,7 @@ def _of_two(multi_start: MultiStart, winner: Candidate, larger: Candidate) -> Ca
     """Refine the chosen network, and one with more states if that can win."""
     last = multi_start.training.iterations
     if pays(larger.error, winner.error, USED):  # it uses its states already
+        multi_start.problem.sized(_sized(multi_start.network, larger.shape))
         multi_start.ledger.plan(last)
         return multi_start.refine(larger, WITH_MORE_STATES)
     first = min(ROUND, last)

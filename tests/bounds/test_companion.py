@@ -1,0 +1,111 @@
+"""A companion that is trained next to its surrogate is the one that is trained after it."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from slide_fmu.bounds import companion
+from slide_fmu.bounds.companion import COMPANION, Companion
+from slide_fmu.bounds.fit import fit_surrogate
+from slide_fmu.core.progress import Progress
+from slide_fmu.core.result_cache import DamagedFileError
+from slide_fmu.data.generation import generate
+from slide_fmu.data.isolated_process import IsolatedCall
+from slide_fmu.fitting.errors import TrainingError
+from slide_fmu.fitting.network import SURROGATE, Fit
+from slide_fmu.fitting.preparation import Work
+from slide_fmu.recipe.case import case_of
+from tests.bounds.learnt_soon import LEARNT_SOON
+from tests.progress import silent
+from tests.recipes import tiny_state_space_recipe
+from tests.refusals import refused
+
+RECIPE = tiny_state_space_recipe(
+    **{**LEARNT_SOON, "network": {"order": "auto", "hidden": 6}},
+    data={"train": 4, "bound": 8, "calibration": 20},
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("companion")
+    with ThreadPoolExecutor(1) as pool:
+        generate(case_of(RECIPE), folder, pool, silent)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(companion, "usable_cores", lambda: 2)
+
+
+def fitted(folder: Path, checkpoints: Path, side_by_side: bool) -> tuple[Fit, dict[str, int]]:
+    """Return a fit, and how often the progress of each stage was shown."""
+    shown: dict[str, int] = {}
+
+    def bar(name: str) -> Progress:
+        def show(done: int, total: int, error: float | None = None) -> None:
+            shown[name] = shown.get(name, 0) + 1
+
+        return show
+
+    return fit_surrogate(Work(case_of(RECIPE), folder, checkpoints, bar), side_by_side), shown
+
+
+def test_companion_in_a_program_of_its_own_is_the_same_to_the_bit(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    began: list[tuple[object, ...]] = []
+
+    class Noted(IsolatedCall):  # type: ignore[misc, type-arg]
+        def __enter__(self) -> IsolatedCall[object]:
+            began.append(())
+            return super().__enter__()
+
+    monkeypatch.setattr(companion, "IsolatedCall", Noted)
+    alone, one_by_one = fitted(folder, tmp_path / "alone", False)
+    assert not began
+    both, shown = fitted(folder, tmp_path / "both", True)
+    assert len(began) == 1
+    assert both.surrogate.to_bytes() == alone.surrogate.to_bytes()
+    assert both.histories == alone.histories
+    assert both.histories[COMPANION].cpu_seconds
+    assert shown == one_by_one
+    names = [sorted(file.name for file in (tmp_path / way).iterdir()) for way in ("alone", "both")]
+    assert names[0] == names[1]
+
+
+def test_one_core_trains_one_after_the_other(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = Work(case_of(RECIPE), folder, tmp_path, lambda name: silent)
+    assert companion.has_a_core(work)
+    monkeypatch.setattr(companion, "usable_cores", lambda: 1)
+    assert not companion.has_a_core(work)
+
+
+def test_error_of_the_other_program_is_raised_here(folder: Path, tmp_path: Path) -> None:
+    fitted(folder, tmp_path, True)
+    kept = {file.stat().st_mtime_ns: file for file in tmp_path.glob("surrogate-*.pt")}
+    last = kept[max(kept)]
+    for file in tmp_path.glob("*"):
+        if file != last:
+            file.unlink()
+    last.write_bytes(last.read_bytes()[:-9])
+    with pytest.raises(DamagedFileError, match=last.name):
+        fitted(folder, tmp_path, True)
+
+
+def test_program_that_was_ended_is_told_with_what_remains(folder: Path, tmp_path: Path) -> None:
+    work = Work(case_of(RECIPE), folder, tmp_path, lambda name: silent)
+    fit, _ = fitted(folder, tmp_path, False)
+    with Companion(work, True) as begun:
+        begun.begin(fit.recipe, fit.surrogate.output_scaling)
+        assert begun._first is not None
+        begun._first._program.kill()
+        with refused(TrainingError, "a program of its own", "the same command goes on from here"):
+            begun.of(replace(fit, histories={SURROGATE: fit.histories[SURROGATE]}))

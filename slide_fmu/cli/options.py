@@ -65,6 +65,14 @@ ExecutorOption = Annotated[
 ThreadsOption = Annotated[
     int, typer.Option("--threads", min=1, help="Number of threads of the training.")
 ]
+QuickOption = Annotated[
+    bool,
+    typer.Option(
+        "--quick",
+        help="Take about a minute of computing: fewer trajectories, a shorter training, larger "
+        "errors, wider bounds. The FMU comes into runs/NAME/quick.",
+    ),
+]
 TrajectoriesOption = Annotated[
     int | None,
     typer.Option(

@@ -83,6 +83,7 @@ def run(
     workers: int | None = None,
     threads: int = 1,
     inputs: str | Path | None = None,
+    quick: bool = False,
 ) -> RunResult:
     """Do all stages of a recipe file, as ``slide-fmu run`` does.
 
@@ -97,6 +98,8 @@ def run(
         workers: processes that simulate, as for ``learn``.
         threads: threads of the training.
         inputs: file of your own inputs, whose second half judges the FMU; None for the recipe's.
+        quick: whether it shall take about a minute of computing, with larger errors and wider
+            bounds; the FMU comes into the folder ``quick`` of the run folder.
 
     Returns:
         The surrogate, with its FMU, report and measured error.
@@ -114,9 +117,8 @@ def run(
 
     def opened(bar: Stages, tell: Tell) -> Job:
         file = None if inputs is None else Path(inputs)
-        return open_job(
-            Path(recipe), Path(runs), bar, seed, data_seed, tell=tell, inputs_file=file
-        )
+        seeds, place = (seed, data_seed), Path(recipe)
+        return open_job(place, Path(runs), bar, *seeds, tell=tell, inputs_file=file, quick=quick)
 
     processes = simulating_processes({}, workers, "run")
     return whole_way(opened, processes, threads, trajectories)

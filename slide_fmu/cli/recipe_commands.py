@@ -26,6 +26,7 @@ from slide_fmu.cli.options import (
     ExecutorOption,
     InputsOption,
     JsonOption,
+    QuickOption,
     RecipeArgument,
     RunsOption,
     ThreadsOption,
@@ -216,6 +217,7 @@ def run(
     workers: WorkersOption = None,
     threads: ThreadsOption = 1,
     inputs_file: InputsOption = None,
+    quick: QuickOption = False,
 ) -> None:
     """Do everything: find the window, make data, train, write the FMU, measure it."""
     with errors():
@@ -226,8 +228,9 @@ def run(
     from slide_fmu.report.quality import require_quality
 
     with progress_bars(GOES_ON) as bar:
+        seeds = seed, data_seed
         job = open_job(
-            recipe, runs, bar, seed, data_seed, inputs_file=inputs_file, tell=console.print
+            recipe, runs, bar, *seeds, inputs_file=inputs_file, quick=quick, tell=console.print
         )
         show_resolved(job.resolved)
         finished = run_recipe(job, UNSEEN_SEED, trajectories, workers, threads)

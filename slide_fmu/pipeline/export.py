@@ -106,7 +106,7 @@ def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
 
     seeds, runs = (request.training_seed, request.data_seed), request.runs or Path("runs")
     read = parse_open_recipe(read_recipe_text(request.source), request.source)
-    RunFolder(runs / read.guess.name).require_surrogate()  # before lengths are found
+    RunFolder.of(runs, read.guess.name).require_surrogate()  # before lengths are found
     job = open_job(request.source, runs, bar, *seeds)
     trained = job.folder.load_surrogate(job.recipe)
     surrogate, origin = trained.surrogate, provenance(job, trained)

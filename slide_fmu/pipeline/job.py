@@ -33,6 +33,7 @@ from slide_fmu.recipe.automatic import LENGTHS, FoundValues
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.places import RecipeFile
+from slide_fmu.recipe.quick import QUICK, REMARK
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.your_inputs import with_inputs
@@ -71,6 +72,7 @@ class Job:
         command: command that makes the surrogate, for people; without paths.
         tell: shows a sentence to people during the job.
         is_checked: whether the recipe was checked with its systems (``checked``).
+        quick: whether it is a quick run, whose numbers are at most those of ``QUICK``.
     """
 
     text: str = field(repr=False)
@@ -84,6 +86,7 @@ class Job:
     command: str = "slide-fmu run RECIPE"
     tell: Tell = field(default=silent, repr=False)
     is_checked: bool = False
+    quick: bool = False
 
     @property
     def recipe(self) -> Recipe:
@@ -105,6 +108,7 @@ def open_job(
     patience: float = math.inf,
     tell: Tell = silent,
     inputs_file: Path | None = None,
+    quick: bool = False,
 ) -> Job:
     """Read a recipe, and find its run folder and its open lengths.
 
@@ -113,7 +117,7 @@ def open_job(
 
     The training seed replaces the seeds of initialisation and order of windows; the data seed
     replaces the seed of the trajectories. The search for lengths ends after the patience, in s.
-    The job shows sentences by ``tell``.
+    The job shows sentences by ``tell``. A quick run has a folder of its own in the run folder.
 
     Raises:
         DamagedFileError: a file in the run folder is damaged.
@@ -127,8 +131,11 @@ def open_job(
     if inputs_file is not None:
         path = Path(os.path.relpath(inputs_file, recipe_path.parent)).as_posix()
         text = with_inputs(text, recipe_path, path)
-    job = job_of_text(text, recipe_path, runs, bar, seeds, patience)
+    job = job_of_text(text, recipe_path, runs, bar, seeds, patience, quick=quick)
     command = _command(recipe_path, training_seed, data_seed, inputs_file)
+    if quick:
+        command += " --quick"
+        tell(REMARK)
     for remark in remarks_on_app_tables(job.recipe):
         tell(remark)
     return replace(job, recipe_folder=recipe_path.parent.resolve(), command=command, tell=tell)
@@ -152,14 +159,18 @@ def job_of_text(
     seeds: tuple[int | None, int | None] = (None, None),
     patience: float = math.inf,
     given: System | None = None,
+    quick: bool = False,
 ) -> Job:
     """Return the job of a recipe's text, which messages call ``source``, as ``open_job`` does.
 
     The seeds of training and data are the recipe's where they are None. A recipe about an object
     of this session uses the given system.
     """
-    read, (training_seed, data_seed) = parse_open_recipe(text, source), seeds
-    folder = RunFolder(runs / read.guess.name)
+    read, (training_seed, data_seed) = (
+        parse_open_recipe(text, source, QUICK if quick else {}),
+        seeds,
+    )
+    folder = RunFolder.of(runs, read.guess.name, quick)
     folder.require_folder()
     begun = bar("recipe")
     begun(0, 1)  # a message at once, since finding the lengths may take a minute
@@ -178,7 +189,8 @@ def job_of_text(
         data = recipe.data.model_copy(update={"seed": data_seed})
         recipe, sizing = recipe.model_copy(update={"data": data}), None
     case = case.with_recipe(recipe)
-    job = Job(text, case, folder, bar, read.open_keys, resolved, sizing, is_checked=is_open)
+    found = read.open_keys, resolved, sizing
+    job = Job(text, case, folder, bar, *found, is_checked=is_open, quick=quick)
     begun(1, 1)
     numbers = known_numbers(case, job.open_keys, folder)
     return job if numbers is None else with_values(job, numbers)
@@ -269,6 +281,7 @@ def provenance(job: Job, trained: TrainedSurrogate) -> Provenance:
     estimator = recipe.estimator
     return {
         "recipe": job.text,
+        **({"quick": dict(QUICK)} if job.quick else {}),
         **({"resolved": job.resolved} if job.resolved else {}),
         **origin_of_data(job.case.source),
         **trained.start,

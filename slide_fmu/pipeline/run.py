@@ -35,6 +35,7 @@ from slide_fmu.pipeline.stages import (
 )
 from slide_fmu.pipeline.time_left import TimeLeft
 from slide_fmu.recipe.against_system import load_picture
+from slide_fmu.recipe.quick import REMARK
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
@@ -169,7 +170,11 @@ def measure_trained(
             curve=(data and data.learning_curve) or Curve(),
             rows=(*rows, *(known_search or ())),
             attacks=attacks,
-            remarks=(*([data.remark] if data and data.remark else []), *remarks),
+            remarks=(
+                *([REMARK] if job.quick else []),
+                *([data.remark] if data and data.remark else []),
+                *remarks,
+            ),
         )
         return _write_finished(job, results, measurement, bare)
 

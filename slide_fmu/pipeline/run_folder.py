@@ -64,9 +64,21 @@ class TrainingRecord:
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A run folder, ``runs/<name>``, holds the files of one recipe's run."""
+    """A run folder, ``runs/<name>``, holds the files of one recipe's run.
+
+    Attributes:
+        path: the folder.
+        whole: folder of the whole run, for a quick one: what is found by all that decides it,
+            trajectories and the cache, serves both.
+    """
 
     path: Path
+    whole: Path | None = None
+
+    @classmethod
+    def of(cls, runs: Path, name: str, quick: bool = False) -> RunFolder:
+        """Return the folder of a recipe's run in the folder of all runs."""
+        return cls(runs / name / "quick", runs / name) if quick else cls(runs / name)
 
     def require_folder(self) -> None:
         """Raise a StageError where the place is used by something other than a folder."""
@@ -80,7 +92,7 @@ class RunFolder:
     @property
     def trajectories(self) -> Path:
         """Folder of the trajectories; what is removed there is made again."""
-        return self.path / "trajectories"
+        return (self.whole or self.path) / "trajectories"
 
     @property
     def checkpoints(self) -> Path:
@@ -100,7 +112,7 @@ class RunFolder:
     @property
     def cache(self) -> Path:
         """Folder of results that are found again by what decides them; it may be removed."""
-        return self.path / "cache"
+        return (self.whole or self.path) / "cache"
 
     @property
     def sizing(self) -> Path:
@@ -179,7 +191,8 @@ class RunFolder:
 def recipe_of_provenance(provenance: Provenance | None, source: str) -> Recipe:
     """Return the recipe that a released FMU carries; ``source`` is its name in messages.
 
-    Open keys have the values that were found (``resolved``).
+    Open keys have the values that were found (``resolved``), and numbers of a quick run are at
+    most those of ``quick``.
 
     Raises:
         StageError: the FMU carries no recipe.
@@ -191,5 +204,5 @@ def recipe_of_provenance(provenance: Provenance | None, source: str) -> Recipe:
             "made by slide-fmu run or slide-fmu export"
         )
     place = f"recipe in {source}"
-    read = parse_open_recipe(provenance["recipe"], place)
+    read = parse_open_recipe(provenance["recipe"], place, provenance.get("quick"))
     return read.with_found(provenance.get("resolved", {}), place).resolved()

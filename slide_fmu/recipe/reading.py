@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from slide_fmu.core.files import reason_of
 from slide_fmu.core.signals import UNUSABLE
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.recipe.open_recipe import OpenRecipe
+from slide_fmu.recipe.quick import with_at_most
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 
 DECIMAL_COMMA = re.compile(r"(?<![\w.])(\d+),(\d+)(?![\w.])")
@@ -28,10 +29,13 @@ def parse_recipe(text: str, source: str | Path) -> Recipe:
     return parse_open_recipe(text, source).resolved()
 
 
-def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
+def parse_open_recipe(
+    text: str, source: str | Path, at_most: Mapping[str, int] | None = None
+) -> OpenRecipe:
     """Read a recipe from TOML text, which messages call ``source``.
 
-    Where the source is a path, messages give the line of a mistake.
+    Where the source is a path, messages give the line of a mistake. Numbers of a quick run are at
+    most those of ``at_most``, by dotted key (``slide_fmu.recipe.quick``).
 
     Raises:
         RecipeError: the text is no TOML or no recipe; there is one line per mistake.
@@ -46,6 +50,10 @@ def parse_open_recipe(text: str, source: str | Path) -> OpenRecipe:
                 f"{source}: {place} holds {content!r}; expected text without control characters, "
                 "since the XML files of an FMU can hold none"
             )
+    try:
+        tables = with_at_most(tables, at_most or {})
+    except ValueError as error:
+        raise RecipeError(f"{source}: {error}") from error
     return OpenRecipe.of(tables, str(source), text if isinstance(source, Path) else "")
 
 

@@ -115,6 +115,8 @@ def print_description(described: FmuDescription, console: Console) -> None:
     # descriptions that init proposes begin with the name
     summary = origin.description.removeprefix(f"{surrogate.name}: ")
     console.print(f"{surrogate.name}: {summary}".rstrip(": "))
+    if described.quick is not None:
+        console.print(f"remark: {described.quick}")
     if measured is None:
         console.print(f"Its error {NOT_MEASURED if origin.recipe else NOT_MEASURABLE}.")
     else:

@@ -14,6 +14,7 @@ from typing import Any
 
 from slide_fmu.core.figures import plain, read_figures, spread
 from slide_fmu.fmu.export import Provenance
+from slide_fmu.recipe.quick import REMARK
 from slide_fmu.report.run_figures import RunFigures, released_figures
 from slide_fmu.report.verdict import verdict
 from slide_fmu.surrogate.description import SurrogateDescription
@@ -83,6 +84,11 @@ class FmuDescription:
             ValueError: the figures are not of the form that this version writes.
         """
         return released_figures(self.provenance)
+
+    @property
+    def quick(self) -> str | None:
+        """What is said of an FMU of a quick run; None of another one."""
+        return REMARK if "quick" in (self.provenance or {}) else None
 
     @property
     def verdict(self) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ def model_card(
     """
     measured = described.measured
     assert measured is not None
+    quick = [] if described.quick is None else [described.quick]
     return rendered(
         "card.md",
         surrogate=described.surrogate,
@@ -39,7 +40,11 @@ def model_card(
         words=explanations(measured.rows, described.surrogate.hold),
         timing=timing_text(measured.in_range.timing),
         useless=useless_beyond(measured),
-        remarks=[*noise_sentences(measured.in_range.outputs), *(measured.record_remarks or ())],
+        remarks=[
+            *quick,
+            *noise_sentences(measured.in_range.outputs),
+            *(measured.record_remarks or ()),
+        ],
         picture=picture,
         mechanism=mechanism,
     )

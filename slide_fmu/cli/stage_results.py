@@ -70,6 +70,7 @@ def show_sizing(figures: SizingFigures) -> None:
 
 def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
     """Print the results of trying a recipe; ``refused`` is an error that would stop the run."""
+    from slide_fmu.pipeline.work_estimate import CPU_MINUTES, Span, in_words
     from slide_fmu.surrogate.description import SIGNAL_COLUMNS, signal_rows, window_text
 
     system, data, window = figures.system, figures.data, figures.window.window
@@ -89,6 +90,7 @@ def show_trial(figures: TrialFigures, refused: str | None = None) -> None:
         _show_parts(data)
     else:
         _show_costs(data, seconds)
+    console.print(f"run     takes {in_words(Span(*data.computing_time_s), CPU_MINUTES)} in all")
     for remark in figures.remarks:
         show_remark(None if remark == refused else remark)
 
@@ -114,6 +116,5 @@ def _show_costs(data: Costs, seconds: float) -> None:
         f"data    {least}{count} trajectories of {data.duration_s:g} s, each after a burn-in of "
         f"{data.burn_in_s:g} s. To simulate them takes {least or 'about '}"
         f"{_minutes(data.expected_wall_time_s)} (number of processes: {data.workers}; each "
-        f"simulates {number(1.0 / seconds)} s per second). Training and validation take further "
-        "time, often several times as much."
+        f"simulates {number(1.0 / seconds)} s per second)."
     )

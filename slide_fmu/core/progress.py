@@ -39,6 +39,22 @@ Stages = Callable[[str], Progress]
 """Opens the progress of a named stage."""
 
 
+@runtime_checkable
+class ShowsWhole(Protocol):
+    """A ShowsWhole opens stages, and has a line for all of them together. Interface."""
+
+    def show_whole(self, text: str) -> None:
+        """Show a text in the place of the last one."""
+
+
+def show_whole(stages: Stages, text: str) -> bool:
+    """Show a text about all stages if there is a line for it; False if there is none."""
+    if not isinstance(stages, ShowsWhole):
+        return False
+    stages.show_whole(text)
+    return True
+
+
 def quiet(done: int, total: int, error: float | None = None) -> None:
     """Show no progress."""
 

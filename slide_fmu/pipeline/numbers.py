@@ -79,7 +79,7 @@ def find_numbers(
     if "data.train" in open_keys:
         staged = _CurveData(case, folder, bar, place, recipe_folder)
         train = _learnt_from(_whole_curve(case, folder, staged).points)
-    cost = _cost(case, folder, bar) if _needs_cost(open_keys) else 0.0
+    cost = trajectory_time(case, folder, bar) if _needs_cost(open_keys) else 0.0
     return _numbers_with(case.recipe, open_keys, train, cost)
 
 
@@ -179,8 +179,8 @@ def kept_cost(case: Case, folder: RunFolder) -> float | None:
     return _cost_file(case, folder).read_json(float) if _any_kept(folder, COST) else None
 
 
-def _cost(case: Case, folder: RunFolder, bar: Stages) -> float:
-    """Return the time that a trajectory takes; one that is measured now is kept.
+def trajectory_time(case: Case, folder: RunFolder, bar: Stages) -> float:
+    """Return the time in s that a trajectory takes; one that is measured now is kept.
 
     Numbers that follow from it must not change any more.
     """

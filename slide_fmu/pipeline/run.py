@@ -33,7 +33,7 @@ from slide_fmu.pipeline.stages import (
     generate_data,
     train_surrogate,
 )
-from slide_fmu.pipeline.time_left import TimeLeft
+from slide_fmu.pipeline.time_left import counted_work, time_left
 from slide_fmu.recipe.against_system import load_picture
 from slide_fmu.recipe.quick import REMARK
 from slide_fmu.report.chart_pictures import chart_picture
@@ -98,9 +98,10 @@ def run_recipe(
     require_another(job.folder.fmu(job.recipe), job.recipe)
     job, place = checked(job), Workplace(workers)
     sizing = check_window(job)  # before anything is made
-    clock = TimeLeft(job.recipe, bool(job.open_keys), workers, job.tell)
+    clock = time_left(job, workers, threads)
     job = replace(job, bar=clock.watched(job.bar))
     job = choose_numbers(job, place)
+    clock.count(counted_work(job))
     data = generate_data(job, place)
     training = train_surrogate(job, threads)
     if not (data.made_now or training.made_now):

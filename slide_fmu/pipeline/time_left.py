@@ -1,26 +1,43 @@
 """A run says in one line how long it still takes, whatever its stages show of themselves.
 
-How long a training takes is known once a part of it is done. The stages behind it are estimated by
-those before: companion and error bound by the training of the surrogate, measuring by the time of
-a simulation. So nothing is measured for this, and no stage waits for it. A search for sizes may
-end at any size: nothing is reported before it has ended.
+Before anything is done, the time of each stage is counted work (``work_estimate`` next to this
+module). What the stages so far really took corrects those behind them, and a part of a stage that
+is done says how long the rest of it takes. A search has a least and a largest time, until it has
+ended.
 """
 
 from __future__ import annotations
 
 import math
-import os
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import final
 
-from slide_fmu.core.progress import Progress, Stages, part_of
-from slide_fmu.pipeline.job import Tell
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.core.progress import Progress, Stages, part_of, show_whole
+from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.pipeline.job import Job, Tell
+from slide_fmu.pipeline.numbers import trajectory_time
+from slide_fmu.pipeline.run_folder import RunFolder
+from slide_fmu.pipeline.work_estimate import (
+    COMPANION,
+    CPU_MINUTES,
+    CURVE,
+    DATA,
+    ESTIMATE,
+    HEAD,
+    MEASURING,
+    ORDER,
+    TRAINING,
+    WINDOW,
+    Span,
+    estimated_work,
+    in_words,
+)
+from slide_fmu.recipe.case import Case
+from slide_fmu.systems.base import System
 
-WINDOW, CURVE, DATA, TRAINING = "window", "learning curve", "trajectories", "training"
-ESTIMATE, BOUND, MEASURING = "error estimate", "error bound", "measuring"
 STAGES = {
     "recipe": WINDOW,
     "window": WINDOW,
@@ -31,99 +48,134 @@ STAGES = {
     "choice of features": TRAINING,
     "surrogate": TRAINING,
     "error estimator": ESTIMATE,
-    "companion": BOUND,
-    "error bound": BOUND,
+    "companion": COMPANION,
+    "error bound": HEAD,
 }
 """Stages of a run by the first words of the progress that they open; all others measure."""
 
-OF_TRAINING = {ESTIMATE: 0.5, BOUND: 1.0}
-OF_SEARCH = {ESTIMATE: 0.2, BOUND: 0.4}
-"""Time of a stage over that of the training of the surrogate, where that is a training alone, and
-where it begins with a search for sizes or features. A companion has about the same size."""
-OF_SIMULATION, WRITING = 10.0, 3.0
-"""Measuring takes about OF_SIMULATION times as long as one process simulates the trajectories in
-range: with finer steps, and under inputs of further kinds. Documents and FMU take WRITING s."""
+SIMULATES = DATA, MEASURING
+"""Stages whose time is that of simulations; all others train."""
 EARLY = 0.1
 """The time of a stage is extrapolated from this part of it on."""
 SOON = 5.0
 """Less than this time in s is not worth a line."""
+SLOWEST = 30.0
+"""No stage is expected to take longer than this multiple of its counted work: then it is another
+work than was counted."""
 
 
 @final
 class TimeLeft:
     """A TimeLeft listens to the progress of a run, and reports how long the run still takes.
 
-    It does so when it first knows, where a stage begins, and when the time has halved before the
-    last stage.
+    It shows that in the line of the whole run, where a terminal has one. Elsewhere it says so
+    where a stage begins, and when the time has halved before the last stage. Progress may come
+    from several threads.
 
     Args:
-        recipe: the recipe; its numbers may still be first guesses.
-        finds_numbers: whether numbers are found from a learning curve.
-        workers: number of processes that simulate; one per core if None.
+        work: computing time of each stage in s, in the order of the stages.
+        workers: number of processes that simulate.
+        side_by_side: whether the companion of a bound is trained next to the surrogate.
         tell: shows a sentence.
     """
 
     def __init__(
-        self, recipe: Recipe, finds_numbers: bool, workers: int | None, tell: Tell
+        self, work: Mapping[str, Span], workers: int, side_by_side: bool, tell: Tell
     ) -> None:
-        self._recipe, self._tell = recipe, tell
-        self._workers = max(1, (os.cpu_count() or 1) if workers is None else workers)
-        self._stages = stages_of(recipe, finds_numbers)
+        self._workers, self._side_by_side = workers, side_by_side
+        self._tell, self._lock = tell, threading.RLock()
         self._begun: dict[str, float] = {}
-        self._expected: dict[str, float] = {}
-        self._of_training = OF_TRAINING
+        self._done: set[str] = set()
+        self._took: dict[str, float] = {}
+        self._ends: dict[str, float] = {}
         self._last = math.inf
+        self._shows: Stages | None = None
+        self.count(work)
+
+    def count(self, work: Mapping[str, Span]) -> None:
+        """Take other computing times of the stages, when more is known of the work."""
+        self._work = {
+            stage: work[stage].times(1 / self._workers if stage in SIMULATES else 1.0)
+            for stage in ORDER
+            if stage in work
+        }
 
     def watched(self, bar: Stages) -> Stages:
         """Return the same progress of stages, to which this object listens."""
+        self._shows = bar
 
         def opened(name: str) -> Progress:
             stage = next((s for words, s in STAGES.items() if name.startswith(words)), MEASURING)
             shown = bar(name)
-            return _WatchedProgress(shown, stage, self) if stage in self._stages else shown
+            return _WatchedProgress(shown, stage, self) if stage in self._work else shown
 
         return opened
 
-    def begin(self, stage: str, searches: bool = False) -> bool:
-        """Take note of a stage's beginning, perhaps with a search; False where it had begun."""
-        begins = stage not in self._begun
-        self._begun.setdefault(stage, time.monotonic())
-        if searches and stage == TRAINING:
-            self._of_training = OF_SEARCH
-        return begins
+    def begin(self, stage: str) -> bool:
+        """Take note of a stage's beginning, which ends those before; False where it had begun."""
+        with self._lock:
+            if stage in self._begun:
+                return False
+            now = time.monotonic()
+            for before in list(self._work)[: list(self._work).index(stage)]:
+                goes_on = self._side_by_side and (before, stage) == (TRAINING, COMPANION)
+                if not goes_on and before not in self._done:
+                    self._done.add(before)
+                    if before in self._begun:  # otherwise it was done by an earlier run
+                        self._took[before] = now - self._begun[before]
+            self._begun[stage] = now
+            return True
 
-    def hear(self, stage: str, begins: bool, course: _Course) -> None:
-        """Take note of the course of a stage, and report the time left if there is news of it."""
-        before = course.begin - self._begun[stage]
-        if course.made >= max(1.0, EARLY * course.total):
-            each = course.passed / course.made
-            self._expect(stage, before + each * (course.total - course.first), each)
-        left = self._left(stage, before + course.passed)
-        news = begins or (stage != MEASURING and left is not None and left < self._last / 2)
-        if left is not None and left > SOON and news:
-            self._last = left
-            count = self._stages.index(stage)
-            self._tell(f"about {_rounded(left)} left, {count} of {len(self._stages)} stages done")
+    def hear(self, stage: str, begins: bool, course: _Course | None) -> None:
+        """Take note of the course of a stage, and show the time that is left."""
+        with self._lock:
+            told = course is not None and course.made >= max(1.0, EARLY * course.total)
+            # a part of a curve, or of what is measured, says nothing about the others
+            if course is not None and told and stage not in (CURVE, MEASURING):
+                each = course.passed / course.made
+                self._ends[stage] = time.monotonic() + each * (course.total - course.done)
+            left = self.left()
+            text = f"{in_words(left)} left, {len(self._done)} of {len(self._work)} stages done"
+            if self._shows is not None and show_whole(self._shows, text):
+                return
+            middle = math.sqrt(max(left.low, 1.0) * max(left.high, 1.0))
+            halved = stage != MEASURING and middle < self._last / 2
+            if left.high > SOON and (begins or halved):
+                self._last = middle
+                self._tell(text)
 
-    def _expect(self, stage: str, seconds: float, each: float) -> None:
-        """Expect a time of a stage in s, of which each part takes ``each``, and of later ones."""
-        if stage == DATA:
-            data, validation = self._recipe.data, self._recipe.validation
-            count = self._recipe.unseen(None, self._workers * each)
-            measured = count * (validation.duration or data.duration)
-            cost = self._workers * each / (data.duration + data.burn_in)
-            self._expected[MEASURING] = OF_SIMULATION * cost * measured + WRITING
-        elif stage == TRAINING:
-            self._expected |= {one: part * seconds for one, part in self._of_training.items()}
-        if stage in (DATA, TRAINING):
-            self._expected[stage] = seconds
+    def left(self) -> Span:
+        """Return the time that the run still takes in s."""
+        rests = {stage: self._rest(stage) for stage in self._work if stage not in self._done}
+        if self._side_by_side and TRAINING in rests and COMPANION in rests:
+            pair = rests.pop(TRAINING), rests.pop(COMPANION)
+            longer = Span(max(one.low for one in pair), max(one.high for one in pair))
+            return sum(rests.values(), longer)
+        return sum(rests.values(), Span())
 
-    def _left(self, stage: str, passed: float) -> float | None:
-        """Return the time that the run still takes in s; None if it is not known yet."""
-        others = self._stages[self._stages.index(stage) + 1 :]
-        if any(one not in self._expected for one in (stage, *others)):
-            return None
-        return max(0.0, self._expected[stage] - passed) + sum(self._expected[s] for s in others)
+    def _rest(self, stage: str) -> Span:
+        """Return the time that a stage still takes in s."""
+        now = time.monotonic()
+        if stage in self._ends:
+            return Span(*(max(0.0, self._ends[stage] - now),) * 2)
+        whole, passed = self._expected(stage), now - self._begun.get(stage, now)
+        return Span(max(0.0, whole.low - passed), max(0.0, whole.high - passed))
+
+    def _expected(self, stage: str) -> Span:
+        """Return the time of a stage in s, as the others have taken it so far.
+
+        Those of its kind count, if one has ended.
+        """
+        kind = stage in SIMULATES
+        ended = [one for one in self._took if self._work.get(one, Span()).high > 0.0]
+        taken = [one for one in ended if (one in SIMULATES) == kind] or ended
+        if not taken:
+            return self._work[stage]
+        counted = sum((self._work[one] for one in taken), Span())
+        took = max(sum(self._took[one] for one in taken), SOON / SLOWEST)
+        # what it took lies in the range that was counted, or beyond one of its ends
+        factor = took / min(max(took, counted.low), counted.high)
+        return self._work[stage].times(min(max(factor, 1 / SLOWEST), SLOWEST))
 
 
 @dataclass
@@ -146,27 +198,15 @@ class _Course:
         return self.done - self.first
 
 
-def stages_of(recipe: Recipe, finds_numbers: bool) -> Sequence[str]:
-    """Return the stages of the run of a recipe, in their order."""
-    return [
-        WINDOW,
-        *([CURVE] if finds_numbers else []),
-        DATA,
-        TRAINING,
-        *([ESTIMATE] if recipe.estimator is not None else []),
-        *([BOUND] if recipe.bound is not None else []),
-        MEASURING,
-    ]
-
-
 @final
 @dataclass
 class _WatchedProgress:
-    """A progress that is shown as before, and heard; named parts of it are shown alone."""
+    """A progress that is shown as before, and heard; named parts of it tell no time."""
 
     shown: Progress
     stage: str
     clock: TimeLeft
+    named: bool = False
     course: _Course = field(init=False)
     reports: int = 0
 
@@ -177,22 +217,45 @@ class _WatchedProgress:
             self.course = _Course(time.monotonic(), done, done, total)
         self.reports += 1
         self.course.done, self.course.total = done, total
-        self.clock.hear(self.stage, begins, self.course)
+        self.clock.hear(self.stage, begins, None if self.named else self.course)
 
     def part(self, name: str, at_most: bool) -> Progress:
         shown = part_of(self.shown, name, at_most)
-        if name:
-            self.clock.begin(self.stage, searches=True)
-            return shown
-        return _WatchedProgress(shown, self.stage, self.clock)
+        return _WatchedProgress(shown, self.stage, self.clock, named=bool(name))
 
 
-def _rounded(seconds: float) -> str:
-    """Write a time in s, min or h, to about a tenth."""
-    if seconds < 90:
-        return f"{max(5, 5 * round(seconds / 5))} s"
-    minutes = round(seconds / 60)
-    if minutes < 90:
-        return f"{minutes} min"
-    hours, tens = divmod(round(minutes / 10), 6)
-    return f"{hours} h {10 * tens:02d} min"
+def counted_work(job: Job) -> dict[str, Span]:
+    """Return the computing time of each stage of a job in s, before it is done."""
+    recipe, source = job.recipe, job.case.source
+    cost = cost_of_second(source, job.case, job.folder, job.bar)
+    signals = len(source.inputs), len(source.outputs)
+    return estimated_work(recipe, job.open_keys, cost, signals)
+
+
+@asked_of_sources
+def cost_of_second(system: System, case: Case, folder: RunFolder, bar: Stages) -> float:
+    """Return the time in s in which one process simulates a second; it is measured once."""
+    data = case.recipe.data
+    return trajectory_time(case, folder, bar) / (data.duration + data.burn_in)
+
+
+def time_left(job: Job, workers: int | None, threads: int) -> TimeLeft:
+    """Say what a job will take, and return what goes on to say it.
+
+    Args:
+        job: the job.
+        workers: number of processes that simulate; one per core if None, 0 for this one alone.
+        threads: threads of a training.
+    """
+    from slide_fmu.bounds.companion import usable_cores  # this takes the time to import torch
+
+    work = counted_work(job)
+    job.tell(f"{in_words(work, CPU_MINUTES)} in all, most of it for {_largest(work)}")
+    side_by_side = usable_cores() >= 2 * threads
+    count = usable_cores() if workers is None else max(1, workers)
+    return TimeLeft(work, count, side_by_side, job.tell)
+
+
+def _largest(work: Mapping[str, Span]) -> str:
+    """Name the stage with the most work."""
+    return max(work, key=lambda stage: math.sqrt(work[stage].low * work[stage].high))

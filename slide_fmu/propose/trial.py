@@ -23,6 +23,7 @@ from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
 from slide_fmu.pipeline.numbers import least_numbers
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
+from slide_fmu.pipeline.work_estimate import Span, estimated_work
 from slide_fmu.recipe.against_system import remarks_on_clipping
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.checks import remarks_on_sampling
@@ -75,6 +76,8 @@ class Costs:
         at_least: whether the numbers may grow.
         wall_time_per_simulated_second_s: time in one process; None for records.
         expected_wall_time_s: time with ``workers`` processes.
+        computing_time_s: the least and the largest time of the whole run on one core, with
+            training and measuring.
     """
 
     trajectories: Mapping[str, int]
@@ -85,6 +88,7 @@ class Costs:
     wall_time_per_simulated_second_s: float | None
     workers: int
     expected_wall_time_s: float
+    computing_time_s: tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,6 +137,10 @@ class Trial:
             outputs=tuple(self.system.outputs),
             offers={name: isinstance(self.system, kind) for name, kind in OFFERS.items()},
         )
+        signals = len(self.system.inputs), len(self.system.outputs)
+        open_keys = self.open_recipe.open_keys
+        work = estimated_work(guess, open_keys, self.seconds or 0.0, signals)
+        whole = sum(work.values(), Span())
         costs = Costs(
             trajectories=counts,
             at_least=bool(least),
@@ -142,6 +150,7 @@ class Trial:
             wall_time_per_simulated_second_s=self.seconds,
             workers=workers,
             expected_wall_time_s=simulated * (self.seconds or 0.0) / workers,
+            computing_time_s=(whole.low, whole.high),
         )
         return TrialFigures(
             name=guess.name,

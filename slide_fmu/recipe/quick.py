@@ -48,9 +48,9 @@ SIZES = ("network.hidden",)
 """Keys whose value in a recipe stays, also a larger one: who chose a size knows why."""
 
 REMARK = (
-    "a quick run (--quick) learnt from fewer trajectories, for a shorter time, so errors are "
-    "larger and error bounds are wider than those of a whole run: leave --quick out for the "
-    "FMU that you use"
+    "a quick run (--quick) has fewer trajectories and a shorter training, so errors are larger "
+    "and error bounds are wider than those of a whole run: leave --quick out for the FMU that you "
+    "use"
 )
 """What is said of an FMU of a quick run, wherever it is described."""
 

@@ -21,7 +21,7 @@ from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import Provenance, read_fmu
 from slide_fmu.memory import stability
 from slide_fmu.memory.stability import SEQUENCES
-from slide_fmu.pipeline import case_checks, job, numbers, stages
+from slide_fmu.pipeline import case_checks, job, numbers, stages, time_left
 from slide_fmu.pipeline.run_folder import RunFolder, StageError, recipe_of_provenance
 from slide_fmu.propose import trial
 from slide_fmu.recipe.against_system import require_features
@@ -222,6 +222,12 @@ def numbers_of_segments(
         RecipeError: a part has no segment.
     """
     return _numbers(case.recipe, open_keys, source)
+
+
+@time_left.cost_of_second.register(MeasuredRecords)
+def no_simulation(source: MeasuredRecords, case: Case, folder: RunFolder, bar: Stages) -> float:
+    """Return 0 s: nothing is simulated."""
+    return 0.0
 
 
 @numbers.least_numbers.register(MeasuredRecords)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import final
 
 from rich import progress as rich_progress
-from rich.console import Console, ConsoleDimensions
-from rich.table import Column, Table
+from rich.console import Console, ConsoleDimensions, RenderableType
+from rich.table import Column
 from rich.text import Text
 
 from slide_fmu.core.progress import Progress, Stages
@@ -65,22 +65,47 @@ def progress_on(console: Console) -> Iterator[Stages]:
         rich_progress.TextColumn("{task.fields[remark]}"),
     )
     with _Bars(*columns, console=console) as bars:
-        yield lambda stage: _Bar(bars, stage, wide)
+        yield _TerminalStages(bars, wide)
+
+
+@final
+@dataclass
+class _TerminalStages:
+    """The stages on a terminal, with a line for all of them below."""
+
+    bars: _Bars
+    wide: bool
+
+    def __call__(self, name: str) -> Progress:
+        """Open the progress of a stage."""
+        return _Bar(self.bars, name, self.wide)
+
+    def show_whole(self, text: str) -> None:
+        """Show a text below the stages."""
+        self.bars.whole = text
 
 
 @final
 class _Bars(rich_progress.Progress):
-    """The bars of all stages, of which the newest are shown while not all have a place."""
+    """The bars of all stages, of which the newest are shown while not all have a place.
 
-    def get_renderables(self) -> Iterable[Table]:
+    Attributes:
+        whole: a line about all of them, below; empty while there is nothing to say.
+    """
+
+    whole: str = ""
+
+    def get_renderables(self) -> Iterable[RenderableType]:
         """Show as many stages as the terminal has rows for; after the work show all of them."""
         if not self.tasks:  # as in the constructor, where there is no console yet
             yield self.make_tasks_table([])
             return
-        rows = max(2, self.console.height - 1)
+        rows = max(2, self.console.height - 2)
         most = rows if self.console.width >= WIDE else rows // 2  # names may take two rows
         ended = self.live.vertical_overflow == "visible"  # of the display that rich leaves behind
         yield self.make_tasks_table(self.tasks if ended else self.tasks[-most:])
+        if self.whole and not ended:
+            yield Text(self.whole, overflow="ellipsis", no_wrap=True)
 
 
 @final

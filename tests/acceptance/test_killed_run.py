@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.fmu.export import read_fmu
-from tests.acceptance.conftest import ROOT, SMALL_LINEAR
+from tests.acceptance.conftest import ROOT, SMALL_BOUNDED, SMALL_LINEAR
 from tests.limits import HANGS
 
 pytestmark = pytest.mark.extended
@@ -24,7 +25,9 @@ pytestmark = pytest.mark.extended
 RECIPE = SMALL_LINEAR.replace("steps = 1200", "steps = 40").replace(
     "validate_every = 300", "validate_every = 5"
 )
-KILLS = 24
+RECIPES = {"small_linear": (RECIPE, 24), "small_bounded": (SMALL_BOUNDED, 12)}
+"""Recipes by their names, with the number of kills. The companion of the bounded one is trained in
+a program of its own."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,10 @@ class Run:
 
     recipe: Path
     runs: Path
+
+    @property
+    def name(self) -> str:
+        return self.recipe.stem
 
     def start(self) -> subprocess.Popen[bytes]:
         options = ["--runs", str(self.runs), "--trajectories", "1", "--workers", "1"]
@@ -51,7 +58,7 @@ class Run:
 
     def surrogate(self) -> bytes:
         """Return the surrogate of the finished run, which its FMU holds."""
-        kept = (self.runs / "small_linear" / "surrogate.slide").read_bytes()
+        kept = (self.runs / self.name / "surrogate.slide").read_bytes()
         surrogate, _ = read_fmu(self.fmu)
         assert surrogate.to_bytes() == kept
         self.require_whole()
@@ -59,7 +66,7 @@ class Run:
 
     @property
     def fmu(self) -> Path:
-        return self.runs / "small_linear" / "small_linear.fmu"
+        return self.runs / self.name / f"{self.name}.fmu"
 
     def require_whole(self) -> None:
         """Require that the FMU is finished: every file is whole, and its error is measured."""
@@ -71,44 +78,55 @@ class Run:
         assert "measured" in provenance
 
 
-@pytest.fixture
-def run(tmp_path: Path) -> Run:
-    recipe = tmp_path / "small.toml"
-    recipe.write_text(RECIPE, encoding="utf-8")
-    return Run(recipe, tmp_path / "runs")
+@dataclass(frozen=True)
+class Unbroken:
+    """A recipe, what an unbroken run of it ends with, its time in s, and how often to kill it."""
+
+    text: str
+    surrogate: bytes
+    seconds: float
+    kills: int
 
 
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, float]:
-    """The surrogate of an unbroken run, and its time in s."""
-    folder = tmp_path_factory.mktemp("unbroken")
-    recipe = folder / "small.toml"
-    recipe.write_text(RECIPE, encoding="utf-8")
+def run_of(name: str, text: str, folder: Path) -> Run:
+    recipe = folder / f"{name}.toml"
+    recipe.write_text(text, encoding="utf-8")
+    return Run(recipe, folder / "runs")
+
+
+@pytest.fixture(scope="module", params=list(RECIPES))
+def unbroken(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Unbroken:
+    text, kills = RECIPES[request.param]
     begin = time.monotonic()
-    return Run(recipe, folder / "runs").finish(), time.monotonic() - begin
+    surrogate = run_of(request.param, text, tmp_path_factory.mktemp("unbroken")).finish()
+    return Unbroken(text, surrogate, time.monotonic() - begin, kills)
+
+
+@pytest.fixture
+def run(unbroken: Unbroken, tmp_path: Path) -> Run:
+    return run_of(tomllib.loads(unbroken.text)["name"], unbroken.text, tmp_path)
 
 
 def test_run_that_is_killed_leaves_no_half_fmu_and_ends_as_an_unbroken_one(
-    run: Run, unbroken: tuple[bytes, float]
+    run: Run, unbroken: Unbroken
 ) -> None:
-    surrogate, seconds = unbroken
     moments = random.Random(0)
-    for _ in range(KILLS):
+    for _ in range(unbroken.kills):
         process = run.start()
-        time.sleep(moments.uniform(0.1, 1.0) * seconds)
+        time.sleep(moments.uniform(0.1, 1.0) * unbroken.seconds)
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait(HANGS)
         if run.fmu.exists():  # begin anew, so that data and trainings are killed too
             run.require_whole()
-            assert run.surrogate() == surrogate
+            assert run.surrogate() == unbroken.surrogate
             shutil.rmtree(run.runs)
-    assert run.finish() == surrogate
+    assert run.finish() == unbroken.surrogate
 
 
 def test_two_programs_in_one_run_folder_both_end_with_the_same_surrogate(
-    run: Run, unbroken: tuple[bytes, float]
+    run: Run, unbroken: Unbroken
 ) -> None:
     both = [run.start(), run.start()]
     assert [process.wait(HANGS) for process in both] == [0, 0]
-    assert run.surrogate() == unbroken[0]
+    assert run.surrogate() == unbroken.surrogate

@@ -1,0 +1,219 @@
+"""The computing time of a run is estimated before it begins, from counted work.
+
+Trajectories are counted and cost what a simulation takes; iterations are counted and cost what
+their sums take. Searches may end early or late: they have a least and a largest time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import final
+
+from slide_fmu.pipeline.numbers import (
+    BOUND,
+    CALIBRATION,
+    FIRST,
+    MOST,
+    VALIDATION,
+)
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
+
+WINDOW, CURVE, DATA, TRAINING = "window", "learning curve", "trajectories", "training"
+COMPANION, ESTIMATE, HEAD, MEASURING = "companion", "error estimate", "error bound", "measuring"
+ORDER = WINDOW, CURVE, DATA, TRAINING, ESTIMATE, COMPANION, HEAD, MEASURING
+"""The stages of a run in their order; a recipe may lack some."""
+
+OPERATIONS = 1e10
+"""Floating point operations of a core in a second, in the sums of an iteration: on 54 to 320
+segments of 1152 samples, a network with 5 states and 16 hidden units reached 1.0e10 to 1.2e10."""
+STATES, UNITS = 6, 16
+SIZES = UNITS, 2 * UNITS
+"""Numbers of states and hidden units that are assumed where a search finds them. It tries more
+units, too, where these do not suffice, which is rare."""
+SEARCHED = 3
+"""Random starts that judge a size, and the most rounds after them."""
+THINNED = 8
+"""Each such sample is in the matrix of an iteration."""
+SEGMENT = 256
+"""Least number of scored samples of a segment."""
+ENDS_EARLY = 0.4
+"""Part of the iterations after which a fit may have ended, since nothing changes any more."""
+STEP_OF_HEAD = 2e-3
+"""Time of a step of the head of a bound, or of another small network, in s."""
+OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 6.0, 3e-5, 8, 5.0
+"""Measuring simulates this many times the trajectories in range, under further inputs and by finer
+steps, and runs the FMU in this number of calls; documents and FMU take WRITING s."""
+
+
+@final
+@dataclass(frozen=True)
+class Span:
+    """A Span is a time in s between a least and a largest one."""
+
+    low: float = 0.0
+    high: float = 0.0
+
+    def __add__(self, other: Span) -> Span:
+        return Span(self.low + other.low, self.high + other.high)
+
+    def times(self, factor: float) -> Span:
+        """Return the span of a multiple of its times."""
+        return Span(self.low * factor, self.high * factor)
+
+
+def estimated_work(
+    recipe: Recipe, open_keys: Collection[str], cost: float, n_signals: tuple[int, int]
+) -> dict[str, Span]:
+    """Return the computing time of each stage of a run in s.
+
+    Args:
+        recipe: the recipe; its numbers may still be first guesses.
+        open_keys: keys that are still to be found.
+        cost: time in s in which one process simulates a second.
+        n_signals: numbers of inputs and outputs.
+    """
+    found = "data.train" in open_keys
+    train = Span(FIRST, MOST) if found else Span(recipe.data.train, recipe.data.train)
+    of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
+    fits = _Fits(recipe, *n_signals)
+    work = {WINDOW: Span(), DATA: _numbers(recipe, open_keys, train).times(of_simulated)}
+    if found:
+        work[CURVE] = Span(*(sum(curve_points(recipe, fits, of_simulated)[:n]) for n in (1, None)))
+    work[TRAINING] = Span(fits.surrogate(train.low, True), fits.surrogate(train.high, False))
+    if recipe.estimator is not None:
+        steps = getattr(recipe.estimator.training, "steps", 0)
+        work[ESTIMATE] = Span(STEP_OF_HEAD * steps, 3 * STEP_OF_HEAD * steps)
+    if recipe.bound is not None:
+        work[COMPANION] = Span(fits.companion(train.low, True), fits.companion(train.high, False))
+        work[HEAD] = Span(*(STEP_OF_HEAD * recipe.bound.expert.steps,) * 2)
+    work[MEASURING] = _measuring(recipe, cost)
+    return work
+
+
+def curve_points(recipe: Recipe, fits: _Fits, of_simulated: float) -> list[float]:
+    """Return the time of each point of a learning curve in s, data and fit.
+
+    A trajectory takes ``of_simulated`` s.
+    """
+    points, made = [], 0
+    for number in range(1 + round(math.log2(MOST / FIRST))):
+        train = FIRST * 2**number
+        new = train + VALIDATION - made
+        made = train + VALIDATION
+        points.append(new * of_simulated + (30 if number == 0 else 10) * fits.iteration(train))
+    return points
+
+
+def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span) -> Span:
+    """Return how many trajectories a run makes."""
+    known = Span(*(sum(recipe.count(s) for s in SPLITS if s not in OF_BOUND),) * 2)
+    if "data.train" in open_keys:
+        known = train.times(1.25)
+    if recipe.bound is None:
+        return known
+    if "data.bound" not in open_keys:
+        return known + Span(*(sum(recipe.count(split) for split in OF_BOUND),) * 2)
+    return known + Span(BOUND[0] + CALIBRATION[0], BOUND[1] * 1.5 + CALIBRATION[1]) + train
+
+
+def _measuring(recipe: Recipe, cost: float) -> Span:
+    validation = recipe.validation
+    count = recipe.unseen(None, cost * (recipe.data.duration + recipe.data.burn_in))
+    simulated = count * (validation.duration or recipe.data.duration)
+    steps = simulated / recipe.window.step
+    time = OF_SIMULATION * cost * simulated + CALLS * STEP_OF_FMU * steps + WRITING
+    return Span(time / 1.5, 1.5 * time)
+
+
+@final
+@dataclass(frozen=True)
+class _Fits:
+    """The fits of a recipe's networks, of which each iteration has a time."""
+
+    recipe: Recipe
+    n_inputs: int
+    n_outputs: int
+
+    def iteration(self, train: float, units: int | None = None) -> float:
+        """Return the time in s of an iteration of a network on a number of trajectories."""
+        network, window = self.recipe.network, self.recipe.window
+        if not isinstance(network, StateSpaceRecipe):
+            return 0.0
+        order = STATES if network.order == "auto" else network.order + network.padding
+        hidden = (units or UNITS) if network.hidden == "auto" else network.hidden
+        burn_in = window.n_in - window.n_out
+        samples = round(self.recipe.data.duration / window.step)
+        scored = max(SEGMENT, burn_in)
+        pieces = max(1, round((samples - burn_in) / scored))
+        dynamic = order * (order + self.n_inputs + hidden) + hidden * (order + self.n_inputs + 1)
+        weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
+        run = 2 * order * order * dynamic * network.substeps * (burn_in + scored)
+        summed = self.n_outputs * (weights * weights / THINNED + order * dynamic) * scored
+        return train * pieces * (run + summed) / OPERATIONS
+
+    def surrogate(self, train: float, least: bool) -> float:
+        """Return the least or the largest time in s of the surrogate's fit, with its search.
+
+        A network of given sizes has no search.
+        """
+        training, network = self.recipe.training, self.recipe.network
+        if not isinstance(training, LeastSquaresRecipe):
+            return STEP_OF_HEAD * training.steps
+        assert isinstance(network, StateSpaceRecipe)
+        part, last = train / training.expert.part, self._last(training, train, least)
+        if network.hidden != "auto" and network.order != "auto":
+            starts = training.search_iterations(training.starts, training.expert.kept)
+            return last + starts * self.iteration(part)
+        runs = training.search_iterations(SEARCHED, 1 if least else SEARCHED)
+        sizes = [UNITS] if least or network.hidden != "auto" else SIZES
+        return last + sum(runs * self.iteration(part, size) for size in sizes)
+
+    def companion(self, train: float, least: bool) -> float:
+        """Return the least or the largest time in s of a companion, whose sizes are known."""
+        training, bound = self.recipe.training, self.recipe.bound
+        if bound is None or not isinstance(training, LeastSquaresRecipe):
+            return 0.0
+        own = bound.expert.companion.of_training(training, 0)
+        starts = own.search_iterations(own.starts, min(own.starts, own.expert.kept))
+        units = SIZES[0 if least else -1]
+        of_starts = starts * self.iteration(train / own.expert.part, units)
+        return of_starts + self._last(own, train, least)
+
+    def _last(self, training: LeastSquaresRecipe, train: float, least: bool) -> float:
+        """Return the time in s of the last run of a fit, on all data."""
+        if least:
+            return ENDS_EARLY * training.iterations * self.iteration(train, SIZES[0])
+        return training.iterations * self.iteration(train, SIZES[-1])
+
+
+CPU_MINUTES = "CPU-minutes"
+"""What computing times are counted in; those of hours are in CPU-hours."""
+
+
+def in_words(time: Span | Mapping[str, Span], what: str = "") -> str:
+    """Write a time, as ``about 3 to 9 min``, or ``about 3 CPU-minutes``; ``what`` is the latter.
+
+    A largest time of less than twice the least one is no range.
+    """
+    whole = time if isinstance(time, Span) else sum(time.values(), Span())
+    if whole.high < 2 * whole.low:
+        both = [math.sqrt(max(whole.low, 0.5) * max(whole.high, 0.5))]
+    else:
+        both = [whole.low, whole.high]
+    longest = both[-1]
+    unit, size = ("h", 3600.0) if longest >= 5400 else ("min", 60.0)
+    if longest < 90 and not what:
+        unit, size = "s", 1.0
+    numbers = [_rounded(one / size, unit) for one in both]
+    if what == CPU_MINUTES and unit == "h":
+        what = "CPU-hours"
+    return f"about {' to '.join(dict.fromkeys(numbers))} {what or unit}"
+
+
+def _rounded(value: float, unit: str) -> str:
+    if unit == "s":
+        return str(max(5, 5 * round(value / 5)))
+    return f"{value:.1f}".removesuffix(".0") if value < 2 or unit == "h" else str(round(value))

@@ -37,6 +37,8 @@ SEARCHED = 3
 """Random starts that judge a size, and the most rounds after them."""
 THINNED = 8
 """Each such sample is in the matrix of an iteration."""
+PER_PARAMETER = 2000
+"""Residuals for each parameter above which some segments are left out."""
 SEGMENT = 256
 """Least number of scored samples of a segment."""
 ENDS_EARLY = 0.4
@@ -150,6 +152,9 @@ class _Fits:
         pieces = max(1, round((samples - burn_in) / scored))
         dynamic = order * (order + self.n_inputs + hidden) + hidden * (order + self.n_inputs + 1)
         weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
+        # of very many data, a part of every trajectory (``FitData.for_refinement``)
+        residuals = train * pieces * scored * self.n_outputs
+        train /= max(1.0, residuals // (PER_PARAMETER * weights))
         run = 2 * order * order * dynamic * network.substeps * (burn_in + scored)
         summed = self.n_outputs * (weights * weights / THINNED + order * dynamic) * scored
         return train * pieces * (run + summed) / OPERATIONS

@@ -40,6 +40,12 @@ ENOUGH = 12_288
 """Smallest number of samples that judge sizes, if there are enough: with fewer, a linear model,
 fitted to all data, would seem better than the many parameters of hidden units."""
 
+PER_PARAMETER = 2000
+"""Number of residuals for each parameter from which on further segments of the same trajectories
+teach little. On a drive with two inputs, 20 iterations on a quarter of the segments of 256
+trajectories end at a validation error of 0.15 %; on all segments of 64 trajectories, in the same
+time, at 0.32 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class FitData:
@@ -53,6 +59,7 @@ class FitData:
         validation: segments that select the parameters.
         features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
         roles: the features for state input, feedthrough, scheduling variables and so on.
+        pieces: number of segments of each trajectory.
     """
 
     problem: Problem
@@ -63,6 +70,18 @@ class FitData:
     validation: Segments
     features: torch.Tensor
     roles: Roles
+    pieces: int = 1
+
+    def for_refinement(self, shape: CellShape) -> Segments:
+        """Return the segments that a cell is refined on: all, or some of every trajectory.
+
+        Where there are far more residuals than parameters, the time is better spent on more
+        trajectories than on all segments of each.
+        """
+        stride = self.whole.targets.numel() // (PER_PARAMETER * shape.n_parameters)
+        if stride < 2:
+            return self.whole
+        return self.whole.every(_stride(stride, self.pieces, self.whole.count))
 
     @cached_property
     def excited(self) -> NDArray[np.complex128] | None:
@@ -145,7 +164,7 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     part = whole.every(_stride(training.expert.part, pieces, whole.count, fewest))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(problem, network, training, whole, part, validation, features, roles)
+    return FitData(problem, network, training, whole, part, validation, features, roles, pieces)
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:

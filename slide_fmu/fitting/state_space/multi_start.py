@@ -224,12 +224,15 @@ class MultiStart:
         iterations: int | None = None,
         afresh: bool = True,
     ) -> Candidate:
-        """Run a network on all data of this fit, by default for the recipe's iterations.
+        """Run a network on the data of this fit, by default for the recipe's iterations.
+
+        Of very many data it is a part of every trajectory.
 
         If it was fitted to less data before, it begins ``afresh``, from its best weights.
         """
         most = iterations or self.training.iterations
-        return self._go_on(name, candidate, self.data.whole, most, afresh)
+        segments = self.data.for_refinement(candidate.shape)
+        return self._go_on(name, candidate, segments, most, afresh)
 
     def _go_on(
         self,

@@ -16,7 +16,7 @@ from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit import freeze
 from slide_fmu.fitting.state_space.fit_data import FEWEST, _stride, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
-from slide_fmu.fitting.state_space.multi_start import Candidate
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.learning import StateSpaceRecipe
@@ -209,6 +209,27 @@ def test_sizes_are_judged_on_enough_samples(
     data = fit_data(problem_of(tmp_path), StateSpaceRecipe(), QUICK)
     assert (len(data.whole.targets), data.whole.count) == (33, 24)
     assert data.part.count == segments
+
+
+def test_very_many_data_are_thinned_to_some_segments_of_every_trajectory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = StateSpaceRecipe(order=2, hidden=4)
+    data = fit_data(problem_of(tmp_path), given, quick(segment=8, part=1))
+    shape = MultiStart(data, lambda *shown: None).shape(2, 4)
+    assert data.for_refinement(shape) is data.whole
+    trajectories = len(data.features)
+    assert data.whole.count == data.pieces * trajectories
+    residuals = data.whole.targets.numel() / shape.n_parameters
+    monkeypatch.setattr(module, "PER_PARAMETER", int(residuals / 4.5))
+    some = data.for_refinement(shape)
+    assert trajectories <= some.count < data.whole.count / 2
+    numbers = [
+        int(torch.nonzero((data.whole.features == segment[:, None]).all(2).all(0))[0])
+        for segment in some.features.unbind(1)
+    ]
+    assert {number // data.pieces for number in numbers} == set(range(trajectories))
+    assert len({number % data.pieces for number in numbers}) > 1  # early and late ones
 
 
 @pytest.mark.parametrize("units", essential(["tanh", "cubic", "mixed"], "mixed"))

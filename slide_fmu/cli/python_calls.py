@@ -73,7 +73,7 @@ class RunResult:
         return f"<table><tr><th>output</th><th>relative RMSE</th></tr>{rows}</table>"
 
 
-def run(
+def run(  # noqa: PLR0913 - its options are the keywords that users read
     recipe: str | Path,
     *,
     runs: str | Path = "runs",

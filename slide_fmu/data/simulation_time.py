@@ -1,21 +1,23 @@
-"""This module measures the wall time of a simulated second of a recipe."""
+"""This module measures the time of a simulated second of a recipe."""
 
 from __future__ import annotations
 
-import time
-
+from slide_fmu.core.own_time import own_time
 from slide_fmu.data.draws import PROBE, Stream, draw, simulate_draw
 from slide_fmu.data.failing_motions import Tolerance
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.errors import SimulationError
 
 TIMED, TIMED_SAMPLES = 2.0, 100
-"""Least wall time in s for which motions are simulated, and samples of the first motion behind
+"""Least time in s for which motions are simulated, and samples of the first motion behind
 its burn-in. The first motion is enough if it takes this time."""
 
 
 def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
-    """Return the wall time in s of a simulated second, of motions as the data have them.
+    """Return the time in s of a simulated second, of motions as the data have them.
+
+    Waits for a core do not count (``own_time``), so that numbers of trajectories that follow from
+    it are the same on a busy machine.
 
     The text is a remark on failed motions, or None. The system's own remarks after these motions
     follow.
@@ -23,8 +25,8 @@ def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
     recipe, system = case.recipe, case.system
     tolerance = Tolerance(recipe.data.most_failures)
     short = min(recipe.data.duration, TIMED_SAMPLES * recipe.window.step)
-    begin, simulated = time.perf_counter(), 0.0
-    while simulated == 0.0 or time.perf_counter() - begin < TIMED:
+    begin, simulated = own_time(), 0.0
+    while simulated == 0.0 or own_time() - begin < TIMED:
         duration = recipe.data.duration if simulated else short
         stream = Stream(PROBE, recipe.data.seed, (1.0, 1.0), duration)
         tolerance.tried += 1
@@ -34,4 +36,4 @@ def simulation_time(case: Case) -> tuple[float, str | None, tuple[str, ...]]:
             tolerance.count(error)
         else:
             simulated += duration + recipe.data.burn_in
-    return (time.perf_counter() - begin) / simulated, tolerance.remark, system.remarks
+    return (own_time() - begin) / simulated, tolerance.remark, system.remarks

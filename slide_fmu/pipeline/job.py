@@ -99,7 +99,7 @@ class Job:
         return OpenRecipe(self.recipe, self.open_keys)
 
 
-def open_job(
+def open_job(  # noqa: PLR0913 - its options are those of the subcommands
     recipe_path: Path,
     runs: Path,
     bar: Stages,

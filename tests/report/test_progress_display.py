@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from slide_fmu.core.progress import Progress, ProgressListener, part_of, quiet
+from slide_fmu.core.progress import Progress, ProgressListener, part_of, quiet, show_whole
 from slide_fmu.report import progress_display
 from slide_fmu.report.progress_display import Messages, progress_on
 
@@ -157,6 +157,26 @@ def test_narrow_terminal_shows_whole_times_and_the_newest_stages(
     assert "…" not in plain
     for number in range(20):
         assert re.search(rf"point {number}\b.*1520 of 1520 +took 0 s +0.287 %", plain), number
+
+
+def test_line_of_the_whole_run_is_below_the_stages_and_goes_with_the_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setenv("LINES", "12")
+    monkeypatch.setenv("TERM", "xterm")
+    file = Terminal()
+    with progress_on(Messages(file=file, markup=False, highlight=False)) as stages:
+        stages("window")(1, 1)
+        assert show_whole(stages, "about 3 to 9 min left, 1 of 6 stages done")
+        stages("surrogate")(3, 10)
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", file.getvalue()).replace("\r", "\n")
+    lines = [line.strip() for line in plain.splitlines() if line.strip()]
+    places = [k for k, line in enumerate(lines) if line.startswith("about 3 to 9 min left")]
+    assert places
+    assert lines[places[-1] - 1].startswith(("surrogate", "window"))
+    assert lines[-1].startswith("surrogate")  # nothing is left of it at the end
+    assert not show_whole(lambda name: quiet, "about 3 min left")
 
 
 def test_error_that_is_no_relative_one_is_not_shown() -> None:

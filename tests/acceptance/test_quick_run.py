@@ -32,7 +32,7 @@ def test_quick_run_is_named_wherever_its_fmu_is_described(tmp_path: Path) -> Non
     card = (fmu.parent / "card.md").read_text(encoding="utf-8")
     assert REMARK.replace("a quick", "A quick", 1) in card.replace("\\", "")
     assert "has fewer trajectories and a shorter training" in (
-        fmu.parent / "index.html"
+        fmu.parent / "report.html"
     ).read_text("utf-8")
     _, provenance = read_fmu(fmu)
     assert provenance is not None

@@ -164,14 +164,17 @@ class TimeLeft:
     def _expected(self, stage: str) -> Span:
         """Return the time of a stage in s, as the others have taken it so far.
 
-        Those of its kind count, if one has ended.
+        Those of its kind count, if enough of their work is done.
         """
         kind = stage in SIMULATES
         ended = [one for one in self._took if self._work.get(one, Span()).high > 0.0]
-        taken = [one for one in ended if (one in SIMULATES) == kind] or ended
-        if not taken:
+        if not ended:
             return self._work[stage]
+        taken = [one for one in ended if (one in SIMULATES) == kind]
         counted = sum((self._work[one] for one in taken), Span())
+        if counted.high < SOON:  # what little work really took says little about much of it
+            taken = ended
+            counted = sum((self._work[one] for one in taken), Span())
         took = max(sum(self._took[one] for one in taken), SOON / SLOWEST)
         # what it took lies in the range that was counted, or beyond one of its ends
         factor = took / min(max(took, counted.low), counted.high)

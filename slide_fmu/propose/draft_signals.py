@@ -19,6 +19,12 @@ from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
 
 MARGIN = 0.2
 """Ranges of outputs are wider than the seen values, by this part of them at both ends."""
+NEAR = 1e-6
+"""An output passes a declared end by more than this part of its own motion."""
+ROUNDING = 1e-6
+"""An end that is nearer than this part of its last digit to a rounded one is that."""
+ANYWHERE = (-math.inf, math.inf)
+"""Ends of an output of which the model declares none."""
 MOVING = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
 FINE = ("function", "fmu")
@@ -97,6 +103,34 @@ def draft_inputs(
     ]
 
 
+def on_inputs(declared: DeclaredModel, given: Ranges) -> list[str]:
+    """Return remarks on inputs that a recipe leaves out, and on ranges beyond the model's own.
+
+    The names of the given ranges are inputs of the model.
+    """
+    remarks = list[str]()
+    if declared.inputs_may_be_left_out and given:
+        for name, table in declared.inputs.items():
+            if name not in given:
+                remarks.append(
+                    f"input {name!r} is not named, so the model keeps its start value"
+                    + (
+                        ""
+                        if table.start is None
+                        else f" {table.start:g} {table.unit or ''}".rstrip()
+                    )
+                    + f"; --input {name}=LOW..HIGH makes it an input of the surrogate"
+                )
+    for name, ends in given.items():
+        own = declared.inputs[name].range
+        if ends is not None and own is not None and not own[0] <= ends[0] < ends[1] <= own[1]:
+            remarks.append(
+                f"input {name!r}: the range {ends[0]:g}..{ends[1]:g} leaves that of the model, "
+                f"{own[0]:g}..{own[1]:g}, beyond which it may fail: give a part of that"
+            )
+    return remarks
+
+
 def draft_outputs(declared: DeclaredModel, names: Sequence[str]) -> list[DraftSignal]:
     """Return the outputs of the surrogate, without ranges that are still to be found."""
     if declared.kind == "class":
@@ -105,12 +139,16 @@ def draft_outputs(declared: DeclaredModel, names: Sequence[str]) -> list[DraftSi
 
 
 def ranged_outputs(
-    outputs: list[DraftSignal], seen: FirstLook, chosen: bool
+    outputs: list[DraftSignal],
+    seen: FirstLook,
+    chosen: bool,
+    limits: Mapping[str, tuple[float, float]],
 ) -> tuple[list[DraftSignal], list[str]]:
-    """Return outputs with ranges around the seen values, and remarks on left-out outputs.
+    """Return outputs with ranges around the seen values, and remarks on outputs.
 
     Outputs that never moved are left out, unless the user has chosen them or no output moved.
-    Nothing changes if no ranges were to be found (``seen.motions`` is 0).
+    Nothing changes if no ranges were to be found (``seen.motions`` is 0). ``limits`` are ends that
+    the model declares, infinite where it declares none.
     """
     if not seen.motions:
         return outputs, []
@@ -122,8 +160,9 @@ def ranged_outputs(
                 f"output {name!r} never moves and is left out; --output {name} keeps it"
             )
         else:
-            ends = float(seen.low[index]), float(seen.high[index])
-            kept.append(_with_range(draft, ends, seen.motions))
+            declared = draft.table.range or limits.get(draft.name, ANYWHERE)
+            kept.append(_with_range(draft, seen, index, declared))
+            remarks += _on_passed_limits(draft, seen, index, declared)
     return kept, remarks
 
 
@@ -264,20 +303,90 @@ def _with_given_range(
     return table.model_copy(update={"range": given, "start": start}), origin
 
 
-def _with_range(draft: DraftSignal, seen: tuple[float, float], motions: int) -> DraftSignal:
-    """Return an output with a range: its own, or one around its values in motions."""
+def _with_range(
+    draft: DraftSignal, seen: FirstLook, index: int, declared: tuple[float, float]
+) -> DraftSignal:
+    """Return an output with a range: its own, or one around its values in motions.
+
+    Ends are those that the model declares, or those at rest that no motion passes; the others are
+    wider than what was seen.
+    """
     if draft.table.range is not None:
         return replace(draft, origin="The model declares the range.")
-    count = "one motion" if motions == 1 else f"{motions} motions"
-    origin = f"Seen in {count}, and widened by {100 * MARGIN:.0f} % at both ends."
-    table = draft.table.model_copy(update={"range": widened(*seen)})
-    return DraftSignal(draft.name, table, origin)
+    low, high = float(seen.low[index]), float(seen.high[index])
+    wider, outer = widened(low, high), _outwards(low, high)
+    at_rest = bool(seen.low_at_rest[index]), bool(seen.high_at_rest[index])
+    ends, reasons = list[float](), list[str]()
+    for end, sign in enumerate((-1.0, 1.0)):
+        passed = sign * (low, high)[end] > sign * declared[end]
+        if math.isfinite(declared[end]) and not passed:
+            ends.append(declared[end])
+            reasons.append("declared")
+        elif at_rest[end] and low < high:
+            ends.append(outer[end])
+            reasons.append("rest")
+        else:
+            ends.append(wider[end])
+            reasons.append("widened")
+    table = draft.table.model_copy(update={"range": (ends[0], ends[1])})
+    return DraftSignal(draft.name, table, _origin_of_range(seen, reasons))
+
+
+def _origin_of_range(seen: FirstLook, reasons: Sequence[str]) -> str:
+    """Say where the lower and the upper end of a range come from."""
+    count = "one motion" if seen.motions == 1 else f"{seen.motions} motions"
+    tones = [f"{frequency:.3g}" for frequency in seen.resonances]
+    among = f", among them tones that last at {' and '.join(tones)} Hz" if tones else ""
+    texts = {
+        "declared": "The model declares {}.",
+        "rest": "{} is that at rest under constant inputs, which no motion passed.",
+        "widened": f"widened by {100 * MARGIN:.0f} % at {{}}",
+    }
+    ends = ("the lower end", "the upper end")
+    own, other = (
+        [ends[k] for k in (0, 1) if (reasons[k] == "widened") is w] for w in (True, False)
+    )
+    where = "both ends" if len(own) == 2 else own[0] if own else ""
+    text = f"Seen in {count}{among}"
+    text += f", and {texts['widened'].format(where)}." if own else "."
+    for end in other:
+        sentence = texts[reasons[ends.index(end)]].format(end)
+        text += f" {sentence[0].upper()}{sentence[1:]}"
+    return text
+
+
+def _on_passed_limits(
+    draft: DraftSignal, seen: FirstLook, index: int, declared: tuple[float, float]
+) -> list[str]:
+    """Return a remark on an output that goes beyond ends that the model declares."""
+    low, high = float(seen.low[index]), float(seen.high[index])
+    near = NEAR * (high - low)
+    if declared[0] - near <= low and high <= declared[1] + near:
+        return []
+    return [
+        f"output {draft.name!r} goes from {low:.4g} to {high:.4g}, beyond the range "
+        f"{declared[0]:g}..{declared[1]:g} that the model declares: correct one of them"
+    ]
 
 
 def widened(low: float, high: float) -> tuple[float, float]:
     """Return a range a little wider, its ends with two significant digits."""
     margin = MARGIN * (high - low) or max(1.0, abs(high))
-    digits = 1 - math.floor(math.log10(high - low + 2 * margin))
-    unit = 10.0**-digits
-    ends = math.floor((low - margin) / unit), math.ceil((high + margin) / unit)
-    return round(ends[0] * unit, max(0, digits)), round(ends[1] * unit, max(0, digits))
+    return _rounded_outwards(low - margin, high + margin, 2)
+
+
+def _outwards(low: float, high: float) -> tuple[float, float]:
+    """Return a range that is hardly wider, its ends with some more significant digits."""
+    return _rounded_outwards(low, high, 5) if low < high else (low, high)
+
+
+def _rounded_outwards(low: float, high: float, digits: int) -> tuple[float, float]:
+    """Return a range whose width is rounded up to a number of significant digits."""
+    places = digits - 1 - math.floor(math.log10(high - low))
+    unit = 10.0**-places
+    # what is an end of this kind already, but for its rounding, stays
+    ends = (
+        math.floor(low / unit + ROUNDING),
+        math.ceil(high / unit - ROUNDING),
+    )
+    return round(ends[0] * unit, max(0, places)), round(ends[1] * unit, max(0, places))

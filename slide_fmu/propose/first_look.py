@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,12 +27,13 @@ from slide_fmu.memory.bandwidth import (
 from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.path_dependence import path_dependence_without_recipe
 from slide_fmu.memory.sizing import NotForgettingError
+from slide_fmu.propose.lasting_tones import Tone, answers_to, tones_of
 from slide_fmu.recipe.default_excitation import KindTable
 from slide_fmu.recipe.tables import DataRecipe
-from slide_fmu.systems.base import Linearizable, System
+from slide_fmu.systems.base import Linearizable, Motion, System
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.loading import load_system
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.simulation import simulate, simulate_motions
 from slide_fmu.systems.specification import Specification
 
 FIRST_STEP = 0.01
@@ -44,8 +44,9 @@ INSIDE = 4
 """Number of points inside of the ranges where inputs are held, in addition to all corners."""
 ABOVE_MODES = 3.0
 """A weakly damped resonance has a bandwidth of up to this many times its own frequency."""
-PATIENCE = 20.0
-"""No further motion is begun after this time in s, nor a further rest after twice this time."""
+AT_REST = 1e-6
+"""An output rests where it moves by less than this part of all that was seen. Where no motion goes
+further than that beyond an output at rest, it is an end that no motion passes."""
 
 USUAL = (1, 2, 5, 10)
 """Usual communication steps of importers, in ms."""
@@ -65,6 +66,9 @@ class FirstLook:
         still: whether an output moved in the later half of no motion, shape (n_outputs,).
         motions: number of motions; 0 if no ranges were to be found.
         remarks: one sentence for each failure.
+        low_at_rest, high_at_rest: whether the end is an output at rest under constant inputs,
+            beyond which no motion went, shape (n_outputs,).
+        resonances: frequencies in Hz at which tones lasted.
     """
 
     step: float
@@ -74,6 +78,9 @@ class FirstLook:
     still: NDArray[np.bool_]
     motions: int
     remarks: tuple[str, ...]
+    low_at_rest: NDArray[np.bool_]
+    high_at_rest: NDArray[np.bool_]
+    resonances: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -119,22 +126,32 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
     step = taken_step(step, settings.only_step)
     progress = part_of(progress)
     remarks = [] if failed is None else [failed]
-    low = high = np.empty(0)
-    still, count = np.empty(0, dtype=bool), 0
-    if settings.excitation is not None:
-        system = load_system(replace(settings.specification, step=step))
-        lasts = path_dependence_without_recipe(system)
-        if lasts is not None:
-            raise NotForgettingError(str(lasts))
-        mix = TypeAdapter(list[Excitation]).validate_python(settings.excitation(step))
-        rng = np.random.default_rng(SAMPLES)
-        kinds = [drawing_kind(kind, mix, rng) for kind in mix]
-        rows, remark = _outputs(system, kinds, progress)
-        low, high, count = np.min(rows, axis=(0, 1)), np.max(rows, axis=(0, 1)), len(rows)
-        still = (np.ptp(rows[:, SAMPLES // 2 :], axis=1) == 0).all(axis=0)
-        remarks += [] if remark is None else [remark]
-        remarks += _idle_inputs(system, kinds[0])
-    return FirstLook(step, origin, low, high, still, count, tuple(remarks))
+    if settings.excitation is None:
+        nothing, none = np.empty(0), np.empty(0, dtype=bool)
+        return FirstLook(step, origin, nothing, nothing, none, 0, tuple(remarks), none, none)
+    system = load_system(replace(settings.specification, step=step))
+    lasts = path_dependence_without_recipe(system)
+    if lasts is not None:
+        raise NotForgettingError(str(lasts))
+    mix = TypeAdapter(list[Excitation]).validate_python(settings.excitation(step))
+    rng = np.random.default_rng(SAMPLES)
+    kinds = [drawing_kind(kind, mix, rng) for kind in mix]
+    seen = _outputs(system, kinds, progress)
+    low, high = (end([end(rows, axis=0) for rows in seen.all], axis=0) for end in (np.min, np.max))
+    still = [(np.ptp(rows[len(rows) // 2 :], axis=0) == 0) for rows in seen.all]
+    ends_at_rest = _ends_at_rest(seen.held, low, high)
+    remarks += [*seen.remarks, *_idle_inputs(system, kinds[0])]
+    return FirstLook(
+        step,
+        origin,
+        low,
+        high,
+        np.all(still, axis=0),
+        len(seen.all),
+        tuple(remarks),
+        *ends_at_rest,
+        tuple(tone.frequency / step for tone in seen.tones),
+    )
 
 
 def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, str | None]:
@@ -236,39 +253,91 @@ def _fastest_mode(system: System) -> float | None:
     return max(mode.natural_frequency for mode in modes) / (2 * math.pi)
 
 
-def _outputs(
-    system: System, kinds: Sequence[Kind], progress: Progress
-) -> tuple[FloatArray, str | None]:
-    """Return outputs of motions, one of each kind of excitation, and of rests, and remarks.
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """These outputs were seen in motions, each of shape (samples + 1, n_outputs).
 
-    The shape is (motions, SAMPLES + 1, n_outputs). Where the system fails on a motion, another one
-    takes its place.
+    Attributes:
+        moved: under each kind of excitation, and under tones that last and sweeps around them.
+        held: under constant inputs.
+        tones: the tones.
+        remarks: one sentence for each failure.
+    """
+
+    moved: list[FloatArray]
+    held: list[FloatArray]
+    tones: list[Tone]
+    remarks: list[str]
+
+    @property
+    def all(self) -> list[FloatArray]:
+        """The outputs in all motions."""
+        return [*self.moved, *self.held]
+
+
+def _outputs(system: System, kinds: Sequence[Kind], progress: Progress) -> _Seen:
+    """Simulate motions: one of each kind of excitation, rests, and tones at resonances.
+
+    Where the system fails on a motion of a kind, another one takes its place. All that is
+    simulated is counted in samples, so that a slow machine sees the same.
     """
     tolerance = Tolerance(DataRecipe.model_fields["most_failures"].default)
-    rows: list[FloatArray] = []
-    begin = time.monotonic()
-    held, failed = _constant_inputs(system, kinds), list[str]()
-    total = len(kinds) + len(held)
-    for index, kind in enumerate(kinds):
-        if rows and time.monotonic() - begin > PATIENCE:
-            break
-        rows.append(_outputs_under(system, kind, index, tolerance))
-        progress(index + 1, total)
-    begin = time.monotonic()
-    for index, inputs in enumerate(held):
-        if time.monotonic() - begin > PATIENCE:
-            break
+    held, tones, remarks = _constant_inputs(system, kinds), list[Tone](), list[str]()
+    if held:
         try:
-            rows.append(simulate(system, inputs).outputs)
+            tones = tones_of(system, SAMPLES)
         except SimulationError as error:
-            failed.append(str(error))
+            remarks.append(f"no resonance could be looked for: {error}")
+    total = len(kinds) + len(held) + len(tones)
+    first = [Motion(_motion(system, kind, index, 0)) for index, kind in enumerate(kinds)]
+    moved = list[FloatArray]()
+    for index, answer in enumerate(simulate_motions(system, first)):
+        tolerance.tried += 1
+        if isinstance(answer, SimulationError):
+            tolerance.count(answer)
+            answer = _outputs_under(system, kinds[index], index, tolerance)
+        moved.append(answer)
+        progress(index + 1, total)
+    rests, failed = list[FloatArray](), list[SimulationError]()
+    for index, answer in enumerate(simulate_motions(system, [Motion(each) for each in held])):
+        failed.append(answer) if isinstance(answer, SimulationError) else rests.append(answer)
         progress(len(kinds) + index + 1, total)
-    at_rest = failed and (
-        f"the model failed at {len(failed)} of {len(held)} constant inputs at the ends of their "
-        f"ranges and inside of them, the first time with: {failed[0]}"
+    if tolerance.remark is not None:
+        remarks.append(tolerance.remark)
+    if failed:
+        remarks.append(
+            f"the model failed at {len(failed)} of {len(held)} constant inputs at the ends of "
+            f"their ranges and inside of them, the first time with: {failed[0]}"
+        )
+    for index, tone in enumerate(tones):
+        answers, failure = answers_to(system, tone)
+        moved += answers
+        if failure is not None:
+            remarks.append(_on_failed_tone(system, tone, *failure))
+        progress(len(kinds) + len(held) + index + 1, total)
+    return _Seen(moved, rests, tones, remarks)
+
+
+def _on_failed_tone(system: System, tone: Tone, part: float, error: SimulationError) -> str:
+    """Say that a system failed under a tone, and how far the tone goes instead."""
+    instead = f"{percent(part)} of them showed the ranges of the outputs" if part else "none did"
+    return (
+        f"the model failed under a tone of {tone.frequency / system.step:.3g} Hz, a resonance of "
+        f"{tone.output}, over the whole ranges of its inputs; {instead}: {error}"
     )
-    remarks = [remark for remark in (tolerance.remark, at_rest) if remark]
-    return np.stack(rows), "; ".join(remarks) or None
+
+
+def _ends_at_rest(
+    held: Sequence[FloatArray], low: FloatArray, high: FloatArray
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return whether outputs at rest are the ends of all that was seen, (n_outputs,) each."""
+    near = AT_REST * (high - low)
+    ends = np.zeros((2, len(low)), dtype=bool)
+    for rows in held:
+        later = rows[len(rows) // 2 :]
+        rests = np.ptp(later, axis=0) <= near
+        ends |= rests & (np.abs(later[-1] - np.stack([low, high])) <= near)
+    return ends[0], ends[1]
 
 
 def _constant_inputs(system: System, kinds: Sequence[Kind]) -> list[FloatArray]:
@@ -284,8 +353,8 @@ def _constant_inputs(system: System, kinds: Sequence[Kind]) -> list[FloatArray]:
 
 
 def _outputs_under(system: System, kind: Kind, index: int, tolerance: Tolerance) -> FloatArray:
-    """Return the outputs under the first motion of a kind on which the system does not fail."""
-    attempt = 0
+    """Return the outputs under the first further motion of a kind on which the system succeeds."""
+    attempt = 1
     while True:
         tolerance.tried += 1
         try:
@@ -305,23 +374,21 @@ def _motion(system: System, kind: Kind, index: int, attempt: int) -> FloatArray:
 
 def _idle_inputs(system: System, kind: Kind) -> list[str]:
     """Return remarks on inputs whose motion changes no output while the others move too."""
-    remarks: list[str] = []
-    begin = time.monotonic()
-    try:
-        inputs = _motion(system, kind, 0, 0)
-        outputs = simulate(system, inputs).outputs
-        for index, signal in enumerate(system.inputs):
-            if time.monotonic() - begin > PATIENCE:
-                break
-            still = inputs.copy()
-            still[:, index] = inputs[0, index]
-            still = on_circles(system.inputs, still)
-            if np.array_equal(still, inputs):
-                continue  # it did not move, so its effect is unknown
-            if np.array_equal(simulate(system, still).outputs, outputs):
-                remarks.append(
-                    f"input {signal.name!r} changes no output: the surrogate does not need it"
-                )
-    except SimulationError:
-        return remarks  # another remark reports motions on which the system fails
-    return remarks
+    inputs = _motion(system, kind, 0, 0)
+    names, motions = list[str](), [Motion(inputs)]
+    for index, signal in enumerate(system.inputs):
+        still = inputs.copy()
+        still[:, index] = inputs[0, index]
+        still = on_circles(system.inputs, still)
+        if not np.array_equal(still, inputs):  # else it did not move, so its effect is unknown
+            names.append(signal.name)
+            motions.append(Motion(still))
+    moved, *others = simulate_motions(system, motions)
+    # another remark reports motions on which the system fails
+    return [
+        f"input {name!r} changes no output: the surrogate does not need it"
+        for name, other in zip(names, others, strict=True)
+        if isinstance(moved, np.ndarray)
+        and isinstance(other, np.ndarray)
+        and np.array_equal(moved, other)
+    ]

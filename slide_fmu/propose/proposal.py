@@ -21,6 +21,7 @@ from slide_fmu.propose.draft_signals import (
     draft_inputs,
     draft_outputs,
     names_of,
+    on_inputs,
     proposed_name,
     ranged_outputs,
     require_name,
@@ -182,12 +183,15 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     if options.inputs_file is not None:
         of_file = [require_in_ranges(options.inputs_file, declarations.system.inputs)]
     seen = _look(declarations, options, progress)
-    outputs, left_out = ranged_outputs(declarations.outputs, seen, chosen=bool(options.outputs))
+    outputs, of_outputs = ranged_outputs(
+        declarations.outputs, seen, bool(options.outputs), declarations.declared.limits
+    )
     draft = _with_loops(options.loops, declarations, _draft(options, declarations, seen, outputs))
     on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
-    before = (*declarations.declared.remarks, *_on_inputs(declarations, draft), *on_chain)
+    own = (*declarations.declared.remarks, *on_inputs(declarations.declared, options.inputs))
+    before = (*own, *_on_hold(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
-    remarks = (*before, *of_file, *seen.remarks, *left_out, *of_loops)
+    remarks = (*before, *of_file, *seen.remarks, *of_outputs, *of_loops)
     return Proposal(recipe_text(draft), draft, remarks)
 
 
@@ -229,7 +233,7 @@ def _as_it_runs(declared: DeclaredModel, options: InitOptions) -> DeclaredModel:
     )
 
 
-def _on_inputs(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
+def _on_hold(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
     """Return remarks on the hold of an FMU's inputs in the recipe."""
     parameters = {} if draft.fmu_step is None else {"fmu-step": draft.fmu_step}
     made = replace(declarations.specification, step=draft.step, parameters=parameters)

@@ -244,6 +244,8 @@ class DeclaredModel:
         remarks: one sentence for each assumption, for people.
         inputs_may_be_left_out: whether a recipe may name some of the inputs alone; the others keep
             their start values.
+        limits: least and greatest value of outputs by name, where the model declares one end
+            alone; the other one is infinite.
     """
 
     kind: str
@@ -256,3 +258,4 @@ class DeclaredModel:
     takes_any_step: bool = True
     remarks: tuple[str, ...] = ()
     inputs_may_be_left_out: bool = False
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)

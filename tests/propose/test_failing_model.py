@@ -86,10 +86,11 @@ def test_proposal_draws_other_motions_and_says_so(
     whole = propose(InitOptions(str(written(tmp_path / "whole", 9.0))), silent)
     assert whole.remarks == ()
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)
-    step_remark, failed = found.remarks
+    step_remark, failed, at_rest = found.remarks
     assert "so a part of them showed the step: " in step_remark
     assert "the spring breaks" in step_remark
     assert "motions could not be simulated, and others took their place; the first" in failed
+    assert "the model failed at 1 of 6 constant inputs" in at_rest
     output = parse_open_recipe(found.text, "proposal").guess.system.outputs["position"]
     assert output.range is not None
     assert -3.0 < output.range[0] < -0.1 < 0.1 < output.range[1] < 3.0

@@ -39,6 +39,7 @@ from slide_fmu.systems.fmu.repeated_runs import FAILURES, Runs
 from slide_fmu.systems.fmu.solver import TOLERANCE, SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (
+    limits_of,
     parameters_of,
     require_parameters,
     signals_of,
@@ -128,6 +129,7 @@ def describe(model: str) -> DeclaredModel:
         file.takes_any_step,
         _remarks_on(file),
         inputs_may_be_left_out=True,
+        limits=limits_of(file),
     )
 
 

@@ -68,20 +68,36 @@ def tables_of(file: FmuFile, causality: str) -> dict[str, SignalTable]:
     return {v.name: table_of(v) for v in variables if _is_signal(v, causality)}
 
 
+def limits_of(file: FmuFile) -> dict[str, tuple[float, float]]:
+    """Give least and greatest value of outputs that declare one of them alone, by name."""
+    limits = {}
+    for variable in file.description.modelVariables:
+        if _is_signal(variable, "output"):
+            low, high = (_number(_declared(variable, key)) for key in ("min", "max"))
+            if (low is None) is not (high is None):
+                ends = -math.inf if low is None else low, math.inf if high is None else high
+                limits[variable.name] = ends
+    return limits
+
+
+def _declared(variable: ModelVariable, key: str) -> str | None:
+    """Return what a variable's description says, or else its type; None if neither does."""
+    declared = variable.declaredType
+    return getattr(variable, key) or (declared and getattr(declared, key)) or None
+
+
 def table_of(variable: ModelVariable) -> SignalTable:
     """Return the table of a variable from an FMU's description, without its display unit.
 
     A range needs both ends; a start value outside of an end that there is counts as none.
     """
-    declared = variable.declaredType
-    given = {
-        key: getattr(variable, key) or (declared and getattr(declared, key)) or None
-        for key in ("unit", "min", "max", "description")
-    }
-    low, high = _number(given.pop("min")), _number(given.pop("max"))
+    unit, description = (_declared(variable, key) for key in ("unit", "description"))
+    low, high = (_number(_declared(variable, key)) for key in ("min", "max"))
     start = _number(variable.start) if variable.causality == "input" else None
     ends = (low, high) if low is not None and high is not None and low < high else None
-    return SignalTable(**given, range=ends, start=_within(start, low, high))
+    return SignalTable(
+        unit=unit, description=description, range=ends, start=_within(start, low, high)
+    )
 
 
 def parameters_of(file: FmuFile) -> tuple[DeclaredParameter, ...]:

@@ -15,6 +15,7 @@ import { Player } from "./player.js";
 import { Session } from "./session.js";
 import { Address, takeState } from "./state.js";
 import { beginTheme } from "../../../core/web/modules/theme.js";
+import { Tour } from "./tour.js";
 import { View } from "./view.js";
 
 // the machine is drawn in every frame, all else less often: that takes longer, and is read slowly
@@ -40,7 +41,8 @@ export class App {
     this.movesCard = new MovesCard(byId("moves-plot"));
     const limits = this.channels.map((channel) => limitsOf(channel, facts, this.courses.stored ?? null));
     this.optimiser = new Optimiser(this, limits);
-    this.live = new Live(this.session, facts, this.channels, limits);
+    const tour = facts.trajectory === null ? null : new Tour(this.channels, this.courses.stored, facts);
+    this.live = new Live(this.session, facts, this.channels, limits, tour);
     this.player = new Player();
     this.address = new Address(this);
     this.panel = new Panel(facts, this.channels, {
@@ -112,7 +114,7 @@ export class App {
   }
 
   wander(on) {
-    this.live.wandering = on;
+    this.live.letWander(on);
     byId("wander").checked = on;
   }
 

@@ -1,16 +1,20 @@
 // The surrogate in real time: inputs follow what people set.
 
-import { Follower } from "./channels.js";
+import { distanceOf, Follower } from "./channels.js";
 
 // in one frame: a slow machine falls behind the clock
 const MOST_STEPS = 300;
+
+// a tour begins where channels are nearer to its first values than this part of their ranges
+const NEAR = 1e-3;
 
 // the share of the time in which errors and the domain are read: large estimators take milliseconds
 const READING = 0.1;
 
 /** A Live run keeps the last seconds of what went in and what came out. */
 export class Live {
-  constructor(session, facts, channels, limits) {
+  /** tour: how inputs move by themselves; null where the FMU carries no trajectory. */
+  constructor(session, facts, channels, limits, tour) {
     this.session = session;
     this.facts = facts;
     this.channels = channels;
@@ -18,16 +22,28 @@ export class Live {
     this.targets = channels.map((channel) => channel.start);
     this.span = Math.min(Math.max(1.2 * facts.past, 6), 20);
     this.wandering = false;
+    this.tour = tour;
     this.pace = 1;
   }
 
-  /** Starts anew at 0 s, the inputs where they are set. */
+  /** Starts anew at 0 s, the inputs where they are set: there they have been for ever before. */
   restart(parameters, confidence) {
+    this.toured = null;
+    if (this.wandering && this.tour !== null) {
+      this.targets = [...this.tour.at(0)];
+    }
     this.followers.forEach((follower, i) => follower.place(this.targets[i]));
     const row = this.row();
+    // what is set is all that inputs do in a step
+    this.session.known = true;
+    this.session.begin(row, parameters, confidence);
+    this.session.known = false;
+    for (let past = 0; past < this.facts.past + this.facts.step; past += this.facts.step) {
+      this.session.stepBriefly(row, this.facts.step);
+    }
     this.time = [0];
     this.rows = [row];
-    this.answers = [this.session.restart(row, parameters, confidence)];
+    this.answers = [this.session.answer()];
     this.owed = 0;
     this.readAt = 0;
     this.wanderAt = 2 * this.facts.step; // the first input counts as held for ever before
@@ -59,10 +75,16 @@ export class Live {
 
   step() {
     const { step } = this.facts;
-    if (this.wandering) {
-      this.wander();
+    if (this.wandering && this.tour !== null && this.toured !== null) {
+      this.toured += step;
+      this.targets = [...this.tour.at(this.toured)];
+      this.followers.forEach((follower, i) => follower.place(this.targets[i]));
+    } else {
+      if (this.wandering) {
+        this.wander();
+      }
+      this.followers.forEach((follower, i) => follower.advance(this.targets[i], step));
     }
-    this.followers.forEach((follower, i) => follower.advance(this.targets[i], step));
     const row = this.row();
     this.answers.push(this.answer(row));
     this.rows.push(row);
@@ -87,8 +109,22 @@ export class Live {
     return answer;
   }
 
-  /** Now and then, sets one input to somewhere in the middle of its range. */
+  /** Lets inputs move by themselves, or not any more. */
+  letWander(on) {
+    this.wandering = on;
+    this.toured = null;
+  }
+
+  /** Goes to where the tour begins; without one, now and then sets one input anew. */
   wander() {
+    if (this.tour !== null) {
+      this.targets = [...this.tour.at(0)];
+      const isThere = (channel, i) =>
+        this.followers[i].limits === null ||
+        Math.abs(distanceOf(channel, this.followers[i].value, this.targets[i])) < NEAR * (channel.high - channel.low);
+      this.toured = this.channels.every(isThere) ? 0 : null;
+      return;
+    }
     if (this.now < this.wanderAt) {
       return;
     }

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import platform
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib import metadata
@@ -40,7 +41,10 @@ from slide_fmu.recipe.your_inputs import with_inputs
 from slide_fmu.systems.base import System
 from slide_fmu.validation.validate import origin_of_data
 
-VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "fmpy", "torch", "exudyn", "pythonfmu")
+VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "torch")
+"""Packages that every training uses."""
+SOLVERS = {"exudyn": "exudyn", "fmu": "fmpy"}
+"""Packages that simulate systems of some kinds, by kind."""
 
 DECISIVE_FOR_LENGTHS: dict[str, Any] = {
     **dict.fromkeys(("system", "window", "data", "estimator", "parameters"), True),
@@ -294,12 +298,16 @@ def provenance(job: Job, trained: TrainedSurrogate) -> Provenance:
     }
 
 
-def versions() -> dict[str, str]:
-    """Return the versions of the packages that a surrogate depends on, here and now."""
+def versions(recipe: Recipe) -> dict[str, str]:
+    """Return the versions of the packages that made a surrogate, here and now.
+
+    These are the packages of its training, and the one that simulates its system. A class may use
+    any of them; exudyn is listed where it was imported.
+    """
+    kind, packages = recipe.system.kind, list(VERSIONS_OF)
+    if kind in SOLVERS:
+        packages.append(SOLVERS[kind])
+    elif kind in ("class", "object") and "exudyn" in sys.modules:
+        packages.append("exudyn")
     installed = {"python": platform.python_version()}
-    for name in VERSIONS_OF:
-        try:
-            installed[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            installed[name] = "not installed"
-    return installed
+    return {**installed, **{name: metadata.version(name) for name in packages}}

@@ -226,7 +226,7 @@ def train_surrogate(job: Job, threads: int = 1) -> Training:
         return Training(kept, recipe, made_now=False)
     fit = fit_surrogate(work, side_by_side=True)
     start = start_origin(recipe, known)
-    trained = TrainedSurrogate(fit.surrogate, fit.histories, versions(), start)
+    trained = TrainedSurrogate(fit.surrogate, fit.histories, versions(recipe), start)
     folder.save_training(trained, recipe, key)
     return Training(trained, recipe, made_now=True)
 

@@ -52,7 +52,9 @@ def test_export_refuses_a_network_that_does_not_forget(tmp_path: Path, allowed: 
     recipe.write_text(text, encoding="utf-8")
     job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_training(TrainedSurrogate(surrogate_of(job), {}, versions()), job.recipe)
+    job.folder.save_training(
+        TrainedSurrogate(surrogate_of(job), {}, versions(job.recipe)), job.recipe
+    )
     result = invoke("export", recipe, "--runs", runs, "-o", out)
     page = job.folder.path / STABILITY_REPORT
     assert "two runs from different states" in page.read_text(encoding="utf-8")
@@ -75,7 +77,9 @@ def test_changed_stability_limits_need_no_new_training_and_old_charts_vanish(
     recipe.write_text(text, encoding="utf-8")
     job = open_job(recipe, runs, no_stages)
     job.folder.path.mkdir(parents=True)
-    job.folder.save_training(TrainedSurrogate(surrogate_of(job), {}, versions()), job.recipe)
+    job.folder.save_training(
+        TrainedSurrogate(surrogate_of(job), {}, versions(job.recipe)), job.recipe
+    )
     page = job.folder.path / STABILITY_REPORT
     export = ("export", recipe, "--runs", runs)
     assert invoke(*export).exit_code == 1
@@ -91,7 +95,7 @@ def test_changed_stability_limits_need_no_new_training_and_old_charts_vanish(
     assert "was trained from other values" in result.output
     recipe.write_text(text + remedy.replace("= true", "= false"), encoding="utf-8")
     job.folder.save_training(
-        TrainedSurrogate(surrogate_of(job, FORGETS), {}, versions()), job.recipe
+        TrainedSurrogate(surrogate_of(job, FORGETS), {}, versions(job.recipe)), job.recipe
     )
     result = invoke(*export)
     assert result.exit_code == 0, result.output

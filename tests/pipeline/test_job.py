@@ -19,7 +19,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from tests.fmu.samples import sum_surrogate
 from tests.memory.plain_systems import Lag
 from tests.progress import no_stages
-from tests.recipes import LINEAR_NETWORK, TINY
+from tests.recipes import LINEAR_NETWORK, TINY, tiny_recipe
 from tests.refusals import refused
 
 OPEN = f"""
@@ -183,3 +183,14 @@ def test_export_of_an_untrained_recipe_is_refused_before_lengths_are_looked_for(
     with refused(StageError, "no trained surrogate in", "lag; train it first"):
         export(request, no_stages)
     assert searches == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "solver"),
+    [("exudyn", {"exudyn"}), ("fmu", {"fmpy"}), ("function", set()), ("record", set())],
+)
+def test_versions_are_those_of_packages_that_were_used(kind: str, solver: set[str]) -> None:
+    recipe = tiny_recipe()
+    system = recipe.system.model_copy(update={"kind": kind})
+    found = module.versions(recipe.model_copy(update={"system": system}))
+    assert set(found) == {"python", "slide-fmu", "numpy", "scipy", "torch"} | solver

@@ -160,7 +160,7 @@ def compare_recipe(job: Job, terms: Terms) -> tuple[ComparisonFigures, Path]:
     assert own is not None  # every training is timed
     budget = own if terms.budget is None else terms.budget
     again = OwnNetwork(job.case, job.folder.trajectories, surrogate, own)
-    key = key_of(_decisive(test, (training, validation)), lesson.seed, budget, versions())
+    key = key_of(_decisive(test, (training, validation)), lesson.seed, budget, versions(recipe))
     with fmu_of(surrogate) as fmu:
         bench = ComparisonBench(test, StepTimes(surrogate, fmu, test.motions[0]))
         find = partial(_own, again, lesson, bench, budget, job.bar)

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.suggestions import or_meant
 
 PLAIN = {
@@ -51,7 +52,7 @@ def value_text(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(value_text, value))}]"
-    return repr(value)
+    return shown(value)
 
 
 def expectation(item: Any) -> str:

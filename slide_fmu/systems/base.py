@@ -16,6 +16,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.features.serial_chain import SerialChain
 from slide_fmu.systems.errors import LoadError, SimulationError
@@ -415,7 +416,7 @@ def _row(
         if numbers.shape == (len(system.outputs),):
             return numbers
     except (TypeError, ValueError):
-        what = repr(row)
+        what = shown(row)
     raise SimulationError(
         f"{type(system).__qualname__}.{method} gave {what}{_place(system, k, *inputs)}; expected "
         f"an array of shape ({len(system.outputs)},), one number for each output: correct the "

@@ -7,6 +7,7 @@ import math
 from itertools import pairwise
 from typing import Any
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import Signal
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
@@ -50,9 +51,9 @@ def check_step(system: System, step: float | None) -> None:
         return
     expected = "the sample step in s that it simulates with, a positive number"
     if step is not None and step > 0:
-        expected = f"{step!r}, the step that it was made with (in s)"
+        expected = f"{shown(step)}, the step that it was made with (in s)"
     raise contract_error(
-        system, "step", f"is {given!r}", expected,
+        system, "step", f"is {shown(given)}", expected,
         "take an argument `step`, and keep it as it is given: self.step = step",
     )  # fmt: skip
 
@@ -70,7 +71,7 @@ def check_signals(system: System) -> None:
             isinstance(signals, tuple) and signals and all(isinstance(s, Signal) for s in signals)
         ):
             raise contract_error(
-                system, what, f"is {signals!r}", "a tuple of slide_fmu.Signal, at least one",
+                system, what, f"is {shown(signals)}", "a tuple of slide_fmu.Signal, at least one",
                 f'write self.{what} = (Signal("name", "unit", low, high),)',
             )  # fmt: skip
         names += [signal.name for signal in signals]

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, ValidationError, field_validator
 
 from slide_fmu.core.mistakes import mistakes
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import Angle, Hold, Signal
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.core.toml_table import Table
@@ -193,8 +194,8 @@ def merged_parameters(
     for name, value in given.items():
         if _sort(value) is not _sort(declared[name]):
             raise LoadError(
-                f"{label}: parameter {name} = {value!r}; expected the type of the model's "
-                f"value, {declared[name]!r}: correct it",
+                f"{label}: parameter {name} = {shown(value)}; expected the type of the model's "
+                f"value, {shown(declared[name])}: correct it",
                 name,
             )
     return {**declared, **given}

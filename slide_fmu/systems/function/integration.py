@@ -15,6 +15,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.errors import LoadError, SimulationError
 
@@ -168,7 +169,7 @@ class Solver:
         for name in ("rtol", "atol"):
             value = getattr(self, name)
             if not (isinstance(value, float | int) and 0 < value < math.inf):
-                raise LoadError(f"{name} = {value!r}; expected a positive number")
+                raise LoadError(f"{name} = {shown(value)}; expected a positive number")
 
     def integrate(self, rates: Rates, state: FloatArray, duration: float) -> FloatArray:
         """Integrate from a state, shape (n,), over a duration in s, and give the state there.

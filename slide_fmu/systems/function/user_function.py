@@ -9,12 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray, check_inputs
 from slide_fmu.systems.base import System, read_only, real_numbers
 from slide_fmu.systems.contract import check_signals, check_step
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.specification import require_straight_inputs
 from slide_fmu.systems.user_code import error_text
+
+LONGEST = 120
+"""What a function gave is cut after this number of characters in messages."""
 
 
 class FunctionError(SimulationError):
@@ -61,7 +65,8 @@ class UserFunction:
         if self.count == 1 and values.ndim == 0:
             return values.reshape(1)
         raise FunctionError(
-            f"{self.name} gave {_shown(result)} of shape {values.shape}; expected {self.count} "
+            f"{self.name} gave {shown(result, LONGEST)} of shape {values.shape}; "
+            f"expected {self.count} "
             f"numbers, shape ({self.count},)"
         )
 
@@ -177,7 +182,7 @@ def numbers_of(name: str, result: object, expected: str) -> FloatArray:
     try:
         return real_numbers(result)
     except (TypeError, ValueError) as error:
-        text = f"{name} gave {_shown(result)}, {error}; expected {expected}"
+        text = f"{name} gave {shown(result, LONGEST)}, {error}; expected {expected}"
         raise FunctionError(text) from error
 
 
@@ -239,8 +244,3 @@ def require_signals(system: System) -> None:
     except ValueError as error:
         raise LoadError(str(error)) from error
     require_straight_inputs(system.inputs)
-
-
-def _shown(result: object) -> str:
-    text = repr(result)
-    return text if len(text) <= 120 else f"{text[:117]}..."

@@ -6,7 +6,7 @@ import { distanceOf, Follower } from "./channels.js";
 const MOST_STEPS = 300;
 
 // a tour begins where channels are nearer to its first values than this part of their ranges
-const NEAR = 1e-3;
+const BEGUN = 1e-3;
 
 // the share of the time in which errors and the domain are read: large estimators take milliseconds
 const READING = 0.1;
@@ -121,7 +121,7 @@ export class Live {
       this.targets = [...this.tour.at(0)];
       const isThere = (channel, i) =>
         this.followers[i].limits === null ||
-        Math.abs(distanceOf(channel, this.followers[i].value, this.targets[i])) < NEAR * (channel.high - channel.low);
+        Math.abs(distanceOf(channel, this.followers[i].value, this.targets[i])) < BEGUN * (channel.high - channel.low);
       this.toured = this.channels.every(isThere) ? 0 : null;
       return;
     }

@@ -3,7 +3,7 @@
 import { distanceOf } from "./channels.js";
 
 // inputs that move stay of the kind that the surrogate has learnt if they are slower
-const SLOWER = 2;
+const DRAWN_OUT = 2;
 
 // held ones do so if they are smaller: held for longer, they are another kind
 const SMALLER = 0.6;
@@ -29,8 +29,8 @@ export class Tour {
     if (this.held) {
       return this.rows[last - Math.abs(last - (Math.round(time / this.step) % (2 * last)))];
     }
-    // it comes to rest where it turns round, and is SLOWER in the middle
-    const turned = (2 * time) / (SLOWER * this.step * last);
+    // it comes to rest where it turns round, and is DRAWN_OUT in the middle
+    const turned = (2 * time) / (DRAWN_OUT * this.step * last);
     const place = (last * (1 - Math.cos(turned))) / 2;
     const k = Math.min(Math.floor(place), last - 1);
     const [before, after] = [this.rows[k], this.rows[k + 1]];

@@ -26,6 +26,8 @@ is simulated more finely."""
 OWN_CURVES = {"class", "object"}
 """Kinds of models that may draw curves of their own through samples. Finer samples are another
 motion for them."""
+TOO_COARSE = "between its samples"
+"""These words stand in the remark on a step that is too coarse, in no other."""
 STILL = 1e-6
 """An output that moves by less than this fraction of its range gives no information on the
 step."""
@@ -55,7 +57,7 @@ def step_remark(case: Case) -> str | None:
     lost = np.max(errors)
     if lost > COARSE:
         return (
-            f"window.step = {step:g} s: between its samples {names[int(np.argmax(errors))]} "
+            f"window.step = {step:g} s: {TOO_COARSE} {names[int(np.argmax(errors))]} "
             f"differs by {percent(lost)} of its standard deviation from a smooth curve through "
             f"them; expected at most {100 * COARSE:g} %: give a smaller step where what is "
             "between the samples counts"

@@ -15,6 +15,8 @@ from slide_fmu.core.search_path import make_importable
 from slide_fmu.core.signals import Hold, cosines_of, moves
 from slide_fmu.data.isolated_process import guarded
 from slide_fmu.importer.description import is_multiple
+from slide_fmu.memory.bandwidth import tidy_step
+from slide_fmu.memory.step_remark import TOO_COARSE
 from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.propose.draft_signals import (
     Ranges,
@@ -34,6 +36,7 @@ from slide_fmu.propose.first_look import (
     look,
     taken_step,
 )
+from slide_fmu.propose.foresight import foreseen
 from slide_fmu.propose.inputs_file import require_in_ranges, with_file
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
@@ -54,6 +57,8 @@ SUBSTEPS, STAIRS = 4, 10
 """Parts of a sample step for moving inputs: with SUBSTEPS, a sixteenth of a bend is left. An FMU
 that is stepped through a sample by up to STAIRS steps anyway (``fmu-substeps``) gets the same
 number."""
+FINER_STEPS = 3
+"""A proposed step is made finer at most this number of times."""
 UNSEEN = (-1.0, 1.0)
 """Range of outputs until their range is found; no result depends on it."""
 
@@ -186,13 +191,54 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     outputs, of_outputs = ranged_outputs(
         declarations.outputs, seen, bool(options.outputs), declarations.declared.limits
     )
-    draft = _with_loops(options.loops, declarations, _draft(options, declarations, seen, outputs))
+    draft, of_recipe = _agreed(options, declarations, seen, outputs)
+    draft = _with_loops(options.loops, declarations, draft)
     on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
     own = (*declarations.declared.remarks, *on_inputs(declarations.declared, options.inputs))
     before = (*own, *_on_hold(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
-    remarks = (*before, *of_file, *seen.remarks, *of_outputs, *of_loops)
+    remarks = (*before, *of_file, *seen.remarks, *of_outputs, *of_loops, *of_recipe)
     return Proposal(recipe_text(draft), draft, remarks)
+
+
+def _agreed(
+    options: InitOptions,
+    declarations: ModelDeclarations,
+    seen: FirstLook,
+    outputs: list[DraftSignal],
+) -> tuple[ModelDraft, list[str]]:
+    """Return the contents of a recipe with whose step `try` agrees, and what else it will say.
+
+    A step that nobody gave is made finer until its samples show what is between them.
+    """
+    draft = _draft(options, declarations, seen, outputs)
+    of_step, refused = _foreseen(draft, declarations)
+    is_open = declarations.specification.step is None and declarations.declared.held_step is None
+    finer = seen
+    for _ in range(FINER_STEPS):
+        if not (is_open and of_step is not None and TOO_COARSE in of_step):
+            break
+        step = tidy_step(0.99 * finer.step)
+        why = f"At {finer.step:g} s, samples do not show what is between them. {seen.origin}"
+        finer = replace(finer, step=step, origin=why)
+        draft = _draft(options, declarations, finer, outputs)
+        of_step, refused = _foreseen(draft, declarations)
+    remarks = [] if of_step is None else [f"slide-fmu try will say: {of_step}"]
+    remarks += [] if refused is None else [f"slide-fmu try will refuse the recipe: {refused}"]
+    return draft, remarks
+
+
+def _foreseen(draft: ModelDraft, declarations: ModelDeclarations) -> tuple[str | None, str | None]:
+    """Return what `try` will say of the step, and why it will refuse the recipe, or None."""
+    chain = declarations.chain.path
+    here = replace(
+        draft,
+        declared=declarations.declared,
+        chain=None if chain is None else str(chain),
+        inputs_file=(),
+        loops=(),
+    )
+    return foreseen(recipe_text(here))
 
 
 def _require_fmu_step(options: InitOptions) -> None:

@@ -1,4 +1,4 @@
-"""Print how many times its 95 % bound an error was in the measured rows, while ``trusted`` was true.
+"""Print how many times its 95 % bound an error was in measured rows, while ``trusted`` was true.
 
 Run: ``python -m tests.benchmarks.over_bounds``. It reads the figures that the released FMUs carry,
 and prints the table of ``docs/trust.md``.
@@ -49,9 +49,9 @@ def _line(name: str, group: str, rows: list[Row], step: float) -> str:
 
 
 def _largest(rows: Iterable[Row]) -> str:
-    """Return the largest ratio of rows, a dash where none has a trusted sample."""
+    """Return the largest ratio of rows, a hyphen where none has a trusted sample."""
     ratios = [row.over_bound for row in rows if row.over_bound is not None]
-    return f"{max(ratios):.3g}" if ratios else "–"
+    return f"{max(ratios):.3g}" if ratios else "-"
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from markupsafe import Markup, escape
 
 from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
@@ -26,6 +27,15 @@ LONGEST_BAR = 70.0
 
 STACKED_COLUMNS, LONGEST_CELL = 3, 60
 """Tables of these columns, with a cell of more characters, are stacked on narrow screens."""
+
+
+def coded(text: str) -> Markup:
+    """Return a text as HTML, in which names between backticks are set as code."""
+    parts = text.split("`")
+    if len(parts) % 2 == 0:  # one has no partner
+        return escape(text)
+    tags = ("{}", "<code>{}</code>")
+    return Markup("").join(Markup(tags[k % 2]).format(part) for k, part in enumerate(parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +121,7 @@ class Report:
         environment = jinja2.Environment(
             loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
         )
+        environment.filters["coded"] = coded
         columns, sections = Columns(), []
         charts: list[Any] = []
         for section in sorted(self.sections, key=lambda one: one.folded):

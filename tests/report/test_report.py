@@ -109,3 +109,13 @@ def test_tables_of_long_texts_are_stacked_on_narrow_screens() -> None:
     for table, stacked in ((long, True), (short, False)):
         page = Report("title", "", {}, [ReportSection("one", "", table)]).html()
         assert ('class="table stacked"' in page) == stacked
+
+
+def test_names_between_backticks_are_set_as_code() -> None:
+    table = ReportTable(("name",), (("`trusted` < 1 {x}",),))
+    section = ReportSection("Rows", "Set `inputs_held` = 1 & wait.", table)
+    report = Report("title", "summary", {}, [section], verdict=Verdict(("One ` alone.",)))
+    page = report.html()
+    assert "Set <code>inputs_held</code> = 1 &amp; wait." in page
+    assert "<code>trusted</code> &lt; 1 {x}" in page
+    assert "One ` alone." in page

@@ -151,7 +151,8 @@ def card_table(rows: Sequence[Row], short: bool = True) -> ReportTable:
             line = [name_of(known), str(known.trajectories)]
             for row in measured:
                 line += ["", "", "", ""] if row is None else _shares(row)
-            yield [*line, _judged_at_all(row for row in measured if row is not None)]
+            judged = _judged_at_all(row for row in measured if row is not None)
+            yield [*line, _judged_cells(at) if group == TONES else judged]
 
     return ReportTable.of(heading, cells(), title).without_empty_columns()
 
@@ -165,6 +166,15 @@ def _judged_at_all(rows: Iterable[Row]) -> str:
     if len(set(words.values())) <= 1:
         return next(iter(words.values()), "")
     return "; ".join(f"{part}: {word}" for part, word in words.items())
+
+
+def _judged_cells(rows: Iterable[Row]) -> str:
+    """Say in how many cells of lasting tones an FMU is valid, at its own step."""
+    cells = [row for row in rows if row.tones is not None and row.is_at(row.call, 1.0)]
+    judged = [row for row in cells if row.valid is not None]
+    if not judged:
+        return judgement_on(cells[0]) if cells else ""
+    return f"valid in {sum(bool(row.valid) for row in judged)} of {len(judged)} cells"
 
 
 def _part(steps: float) -> str:

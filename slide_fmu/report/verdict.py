@@ -144,7 +144,8 @@ def _is_bad(row: Row, steps: float) -> bool:
 
 
 def _worst_first(row: Row) -> tuple[bool, bool, float, float]:
-    return row.honest is True, bool(row.valid), -(row.silent or 0.0), -row.error
+    honest = row.honest is True
+    return honest, bool(row.valid), 0.0 if honest else -(row.silent or 0.0), -row.error
 
 
 def _reason(row: Row) -> str:

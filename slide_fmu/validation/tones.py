@@ -29,8 +29,9 @@ from slide_fmu.validation.user_inputs import (
 )
 from slide_fmu.validation.waveforms import Tone
 
-COLUMNS = 5
-"""Number of parts of the band, which are equal in the logarithm of the frequency."""
+COLUMNS, WIDEST = 5, 2.0
+"""Number of parts of the band, and the largest ratio of the ends of one. The slowest part has what
+is left: errors grow where a system cannot follow slowly any more."""
 
 AMPLITUDES = (0.1, 0.5, 1.0)
 """Ends of the parts of the amplitudes, as parts of half the range of an input."""
@@ -103,7 +104,9 @@ def _cells(channels: Sequence[Channel]) -> Iterator[ToneCell]:
     """Yield all cells, slow ones first, and those of one band behind each other."""
     low = min(channel.frequencies[0] for channel in channels) / (2 * math.pi)
     high = max(channel.frequencies[1] for channel in channels) / (2 * math.pi)
-    edges = [float(f"{edge:.2g}") for edge in np.geomspace(low, high, COLUMNS + 1)]
+    ratio = min(WIDEST, (high / low) ** (1 / COLUMNS))
+    parts = [low, *(high / ratio**place for place in reversed(range(COLUMNS)))]
+    edges = [float(f"{edge:.2g}") for edge in parts]
     for hz in pairwise(edges):
         for amplitude in pairwise(AMPLITUDES):
             yield ToneCell(hz=hz, amplitude=amplitude)

@@ -49,6 +49,7 @@ def test_cells_are_no_rows_of_the_table_of_kinds() -> None:
     names = [line[0] for line in card_table(ROWS).rows]
     assert TONES in names
     assert not any("tones of" in name for name in names)
+    assert card_table(ROWS).rows[-1][-1] == "valid in 1 of 2 cells"
 
 
 def test_without_tones_there_is_no_table_and_without_a_bound_no_coverage() -> None:

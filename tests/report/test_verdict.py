@@ -76,6 +76,8 @@ def test_kinds_that_are_reported_come_behind_silent_ones() -> None:
     assert f"Avoid jumps (error 90 %, {REPORTED}); " in to_avoid(reported)
     both = to_avoid(reported, row("steps", harmful=0.5, silent=0.2))
     assert both.startswith("Avoid steps (error 1 %, wrong and trusted in 20 %), jumps (")
+    slightly = row("ramps", harmful=0.5, silent=0.009)
+    assert to_avoid(slightly, reported).startswith("Avoid jumps (error 90 %, which it reports), ")
 
 
 def test_a_bound_that_covers_too_little_makes_a_kind_one_to_avoid() -> None:

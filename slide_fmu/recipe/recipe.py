@@ -276,7 +276,7 @@ class Recipe(Table):
                 if None.
             seconds: CPU time in s that one of them takes; 0 if it does not matter.
         """
-        kinds = len(self.mix())
+        kinds = self._kinds_in_turn()
         wanted = trajectories or self.validation.trajectories
         if wanted is not None:
             return max(1, wanted // kinds)
@@ -286,7 +286,11 @@ class Recipe(Table):
     def unseen(self, trajectories: int | None, seconds: float = 0.0) -> int:
         """Return the number of all unseen trajectories; arguments are as of ``unseen_of_kind``."""
         wanted = trajectories or self.validation.trajectories
-        return wanted or len(self.mix()) * self.unseen_of_kind(trajectories, seconds)
+        return wanted or self._kinds_in_turn() * self.unseen_of_kind(trajectories, seconds)
+
+    def _kinds_in_turn(self) -> int:
+        """Return the number of kinds that take turns; 1 of records, which have none."""
+        return max(1, len(self.mix()))
 
     def shortest_validation(self) -> float:
         """Return the least duration in s of a trajectory on which an FMU can be measured.

@@ -19,9 +19,9 @@ from slide_fmu.data.closed_loop import ClosedLoop, straight
 from slide_fmu.excitation.kinds import choose_kind, drawing_kind, names_of
 from slide_fmu.excitation.loop import LoopRecipe, Partner
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import RandomStates, State, Stepping, System
+from slide_fmu.systems.base import Motion, RandomStates, State, Stepping, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate, simulate_between, simulate_jumping
+from slide_fmu.systems.simulation import motions_at_once, simulate_motion
 
 STREAMS = {
     "train": 0,
@@ -104,6 +104,11 @@ class Draw:
     attempt: int = 0
     between: FloatArray | None = None
     jumps: FloatArray | None = None
+
+    @property
+    def motion(self) -> Motion:
+        """What a system is asked to simulate."""
+        return Motion(self.inputs, self.initial, self.between, self.jumps)
 
     @property
     def straight(self) -> bool:
@@ -349,7 +354,12 @@ def simulate_draw(system: System, drawn: Draw) -> Trajectory:
     Raises:
         SimulationError: the system could not be simulated.
     """
-    outputs, first = drawn_outputs(system, drawn), drawn.burn_in
+    return drawn_trajectory(system, drawn, drawn_outputs(system, drawn))
+
+
+def drawn_trajectory(system: System, drawn: Draw, outputs: FloatArray) -> Trajectory:
+    """Return the trajectory after the burn-in of all outputs, (burn_in + N + 1, n_outputs)."""
+    first = drawn.burn_in
     return Trajectory(system.step, drawn.inputs[first:], outputs[first:])
 
 
@@ -362,12 +372,17 @@ def drawn_outputs(system: System, drawn: Draw) -> FloatArray:
         LoadError: the system cannot be made with a finer step.
         SimulationError: it could not be simulated.
     """
-    if drawn.jumps is not None:
-        return simulate_jumping(system, drawn.inputs, drawn.jumps, drawn.initial)
-    if drawn.between is None:
-        return simulate(system, drawn.inputs, drawn.initial).outputs
-    parts = len(drawn.between) // len(drawn.inputs)
-    return simulate_between(system, drawn.between, parts, drawn.initial)
+    return simulate_motion(system, drawn.motion)
+
+
+def drawn_at_once(recipe: Recipe, system: System, duration: float) -> int:
+    """Give the number of trajectories of a recipe that its system simulates at once.
+
+    They last a duration in s, without the burn-in. The number is 1 for most systems.
+    """
+    samples = round((recipe.data.burn_in + duration) / recipe.window.step)
+    parts = recipe.data.substeps if moves(system.inputs) else 1
+    return motions_at_once(system, samples, parts, recipe.parameters)
 
 
 def shortened(drawn: Draw, count: int | None) -> Draw:

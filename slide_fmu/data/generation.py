@@ -8,6 +8,7 @@ finished trajectories are never repeated.
 
 from __future__ import annotations
 
+import os
 import pickle
 import random
 import socket
@@ -18,19 +19,23 @@ import uuid
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import closing
-from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
 from slide_fmu.core.progress import Progress
+from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.cluster import ClusterError
 from slide_fmu.data.draws import (
     BEYOND_ATTEMPTS,
+    Draw,
+    Stream,
     attempted,
     draw,
     draw_inputs,
-    simulate_draw,
+    drawn_at_once,
+    drawn_trajectory,
     split_stream,
 )
 from slide_fmu.data.failures import (
@@ -54,10 +59,14 @@ from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import Case
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate_motions
 
 JOBS, MOST_IN_A_JOB = 4096, 16
 """A job has several trajectories if there are more than ``JOBS``, since handing out a job takes
 about a millisecond. It has few, so that all workers end at about the same time."""
+LEAST_AT_ONCE = 64
+"""A job of trajectories that are simulated at once has at least this number of them, since fewer
+take hardly less time."""
 APPEARS = 10.0
 """A folder that another machine has just made appears on a shared disk within this time, in s."""
 KEPT = 64
@@ -121,8 +130,9 @@ def make_missing(
     progress(there, total)
     # programs that work in the same folder seldom meet at the same trajectory so
     random.SystemRandom().shuffle(missing)
+    jobs = _jobs(missing, _at_once(trajectories))
     try:
-        with closing(as_done(executor, make, _jobs(missing))) as tallies:
+        with closing(as_done(executor, make, jobs)) as tallies:
             for _, tally in tallies:
                 problem = too_many_failures(trajectories)
                 if problem is not None:
@@ -146,9 +156,14 @@ def _maker(
     return partial(make_ordered, Order(case, folder, trajectories.model, place))
 
 
-def _jobs(missing: list[tuple[str, int]]) -> Iterator[tuple[tuple[tuple[str, int], ...]]]:
-    """Divide the missing trajectories into jobs."""
+def _jobs(
+    missing: list[tuple[str, int]], at_once: int
+) -> Iterator[tuple[tuple[tuple[str, int], ...]]]:
+    """Divide the missing trajectories into jobs, for a system that simulates several at once."""
     size = min(max(len(missing) // JOBS, 1), MOST_IN_A_JOB)
+    if at_once > 1:
+        for_each_core = -(-len(missing) // (os.cpu_count() or 1))
+        size = min(max(for_each_core, LEAST_AT_ONCE), at_once)
     for first in range(0, len(missing), size):
         yield (tuple(missing[first : first + size]),)
 
@@ -232,36 +247,113 @@ def _require_same_model(case: Case, folder: Path, model: str) -> None:
 
 
 def make_trajectories(trajectories: Trajectories, wanted: Sequence[tuple[str, int]]) -> Tally:
-    """Make the trajectories that are wanted, by split and index, unless they are there."""
-    made = 0
-    for split, index in wanted:
-        if not trajectories.is_whole(split, index):  # as it may be by now
-            _make(trajectories, split, index)
-            made += 1
+    """Make the trajectories that are wanted, by split and index, unless they are there.
+
+    As many are simulated at once as the system offers. Further draws take the place of those that
+    fail.
+    """
+    made, size = 0, _at_once(trajectories)
+    for first in range(0, len(wanted), size):
+        part = wanted[first : first + size]
+        # another program may have made them by now
+        tries = [Try(trajectories, *one, 0) for one in part if not trajectories.is_whole(*one)]
+        made += len(tries)
+        while tries:
+            tries = _failed(tries)
+            if tries and too_many_failures(trajectories) is not None:
+                break  # which ends the generation
     return Tally(made, len(wanted) - made)
 
 
-def _make(trajectories: Trajectories, split: str, index: int) -> None:
-    """Simulate a trajectory and write it; further draws take the place of one that fails."""
-    case, recipe = trajectories.case, trajectories.case.recipe
-    stream, kinds = split_stream(recipe, split, index), recipe.drawn_for(split)
-    beyond = BEYOND_ATTEMPTS if stream.beyond or leaves_ranges(recipe, stream, index) else 0
-    for attempt in range(beyond + allowed_failures(recipe) + 1):
-        at = attempted(stream, attempt)
-        parameters = drawn_parameters(recipe, stream, index, attempt)
-        inputs = None
+def _at_once(trajectories: Trajectories) -> int:
+    """Give the number of trajectories that the system of a case simulates at once."""
+    recipe = trajectories.case.recipe
+    return drawn_at_once(recipe, trajectories.case.system, recipe.data.duration)
+
+
+@dataclass(frozen=True)
+class Try:
+    """A Try makes a trajectory from one of its draws.
+
+    Attributes:
+        trajectories: where it is written.
+        split, index: which one it is.
+        attempt: number of draws before this one, on which the system failed.
+    """
+
+    trajectories: Trajectories
+    split: str
+    index: int
+    attempt: int
+
+    @property
+    def stream(self) -> Stream:
+        """The stream of seeds that the trajectory belongs to."""
+        return split_stream(self.trajectories.case.recipe, self.split, self.index)
+
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """The values of its parameters, by name."""
+        recipe = self.trajectories.case.recipe
+        return drawn_parameters(recipe, self.stream, self.index, self.attempt)
+
+    def driven(self) -> System:
+        """Make the system with these values.
+
+        Raises:
+            SimulationError: it cannot be made.
+        """
+        return case_at(self.trajectories.case, self.parameters).system
+
+    def drawn(self, system: System) -> Draw:
+        """Draw its motion; a loop steps the system.
+
+        Raises:
+            SimulationError: the system failed in a loop.
+        """
+        kinds = self.trajectories.case.recipe.drawn_for(self.split)
+        return draw(kinds, system, attempted(self.stream, self.attempt), self.index, self.attempt)
+
+    def write(self, trajectory: Trajectory, kind: int) -> None:
+        """Write the trajectory, of a kind of the recipe's mix."""
+        values = as_row(self.parameters) if self.parameters else None
+        self.trajectories.write(self.split, self.index, trajectory, kind, values)
+
+    def fail(self, error: SimulationError, inputs: FloatArray | None) -> Try | None:
+        """Keep the failure, and return the next try; None if there is none.
+
+        The inputs, (N, n_inputs), are None where they could not be drawn.
+        """
+        case, recipe = self.trajectories.case, self.trajectories.case.recipe
+        words = with_values(str(error), self.parameters)
+        failure = Failure(self.split, self.index, self.attempt, error.time, words)
+        if inputs is None:  # of a loop, from outside
+            kinds, at = recipe.drawn_for(self.split), attempted(self.stream, self.attempt)
+            inputs = draw_inputs(kinds, case.system, at, self.index, self.attempt).inputs
+        keep_failure(self.trajectories, failure, inputs)
+        leaves = self.stream.beyond or leaves_ranges(recipe, self.stream, self.index)
+        last = (BEYOND_ATTEMPTS if leaves else 0) + allowed_failures(recipe)
+        if self.attempt == last:
+            return None
+        return replace(self, attempt=self.attempt + 1)
+
+
+def _failed(tries: Sequence[Try]) -> list[Try]:
+    """Simulate trajectories and write them; return the next tries of those that failed."""
+    ready: list[tuple[Try, System, Draw]] = []
+    following: list[Try | None] = []
+    for one in tries:
         try:
-            driven = case_at(case, parameters).system
-            drawn = draw(kinds, driven, at, index, attempt)
-            inputs = drawn.inputs
-            trajectory = simulate_draw(driven, drawn)
+            driven = one.driven()
+            ready.append((one, driven, one.drawn(driven)))
         except SimulationError as error:
-            words = with_values(str(error), parameters)
-            failure = Failure(split, index, attempt, error.time, words)
-            if inputs is None:  # of a loop, from outside
-                inputs = draw_inputs(kinds, case.system, at, index, attempt).inputs
-            keep_failure(trajectories, failure, inputs)
+            following.append(one.fail(error, None))
+    case = tries[0].trajectories.case
+    motions, systems = [drawn.motion for *_, drawn in ready], [driven for _, driven, _ in ready]
+    answers = simulate_motions(case.system, motions, systems, case.recipe.parameters)
+    for (one, driven, drawn), answer in zip(ready, answers, strict=True):
+        if isinstance(answer, SimulationError):
+            following.append(one.fail(answer, drawn.inputs))
         else:
-            values = as_row(parameters) if parameters else None
-            trajectories.write(split, index, trajectory, drawn.kind, values)
-            return
+            one.write(drawn_trajectory(driven, drawn, answer), drawn.kind)
+    return [one for one in following if one is not None]

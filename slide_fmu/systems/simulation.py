@@ -194,7 +194,9 @@ def simulate_motions(
     systems = [system] * len(motions) if systems is None else systems
     first = 0
     while first < len(motions):
-        count = motions_at_once(system, motions[first], varied)
+        like = motions[first]
+        parts = 1 if like.between is None else len(like.between) // len(like.inputs)
+        count = motions_at_once(system, len(like.inputs), parts, varied)
         part, begun = slice(first, first + count), list[Beginning | None]([None])
         if count > 1:
             assert isinstance(system, Batching)
@@ -206,16 +208,17 @@ def simulate_motions(
         first += count
 
 
-def motions_at_once(system: System, like: Motion, varied: Collection[str] = ()) -> int:
-    """Give the number of motions like this one that a system simulates at once; 1 for most.
+def motions_at_once(
+    system: System, samples: int, parts: int = 1, varied: Collection[str] = ()
+) -> int:
+    """Give the number of motions that a system simulates at once; 1 for most systems.
 
-    All their inputs and outputs have room in ``MEMORY``.
+    All their inputs, at the samples and at the ends of a number of parts of each sample step, and
+    their outputs have room in ``MEMORY``.
     """
     most = system.most_at_once(varied) if isinstance(system, Batching) else 1
-    given = (like.inputs, like.between, like.jumps)
-    size = sum(each.nbytes for each in given if each is not None)
-    size += 8 * len(like.inputs) * len(system.outputs)
-    return max(1, min(most, MEMORY // size))
+    numbers = samples * (len(system.inputs) * (1 + parts) + len(system.outputs))
+    return max(1, min(most, MEMORY // (8 * max(1, numbers))))
 
 
 def _answer(system: System, motion: Motion, beginning: Beginning | None) -> Answer:

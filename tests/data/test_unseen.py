@@ -14,7 +14,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.simulation import simulate, simulate_motion
 from tests.own_records import RECIPE, write_record
 from tests.recipes import tiny_recipe
 from tests.refusals import refused
@@ -45,9 +45,9 @@ def test_motion_that_cannot_be_simulated_is_drawn_again(monkeypatch: pytest.Monk
     def sometimes(*arguments: object) -> object:
         if next(failing):
             raise SimulationError("no convergence")
-        return simulate(*arguments)  # type: ignore[arg-type]
+        return simulate_motion(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(draws, "simulate", sometimes)
+    monkeypatch.setattr(draws, "simulate_motion", sometimes)
     (motion,) = unseen_motions(recipe, case_of(recipe).reference, STREAM, 1, lambda *_: None)
     second = draw(recipe, case_of(recipe).reference, STREAM, 0, attempt=1)
     np.testing.assert_array_equal(motion.inputs, second.inputs)
@@ -78,7 +78,7 @@ def test_system_that_always_fails_is_given_up(monkeypatch: pytest.MonkeyPatch) -
         calls.append(1)
         raise SimulationError("no convergence")
 
-    monkeypatch.setattr(draws, "simulate", never)
+    monkeypatch.setattr(draws, "simulate_motion", never)
     with refused(SimulationError, "5 motions in", "the kinds", "no convergence"):
         list(
             unseen_motions(

@@ -143,7 +143,7 @@ def test_parameters_differ_from_motion_to_motion() -> None:
     values = np.linspace(2.0, 6.0, 5)
     base, systems = system(), [system(gravity=float(value)) for value in values]
     motions = [motion(number) for number in range(5)]
-    assert motions_at_once(base, motions[0], ["gravity"]) > 1
+    assert motions_at_once(base, SAMPLES, 4, ["gravity"]) > 1
     answers = list(simulate_motions(base, motions, systems, ["gravity"]))
     for own, each, answer in zip(systems, motions, answers, strict=True):
         assert isinstance(answer, np.ndarray)

@@ -1,8 +1,9 @@
 """Explicit methods integrate many states at once, each with a step of its own.
 
-The formulas are those of ``integration.by_explicit_method``. All sums are over a leading axis of
-arrays with at least ``WIDTH`` lanes, so they have the same order for any number of lanes: what is
-computed for one lane does not depend on the others, to the last bit.
+The formulas are those of ``integration.by_explicit_method``. All sums go row by row over arrays
+whose rows are whole vectors of the processor, since numbers of lanes are multiples of a ``WIDTH``.
+So what is computed for one lane does not depend on the others, nor on their number, to the last
+bit.
 """
 
 from __future__ import annotations
@@ -57,36 +58,33 @@ class LaneSteps:
         self._rtol, self._atol = max(solver.rtol, LEAST_TOLERANCE), solver.atol
         self.uses_last = self._of.uses_last_rates
         self.times = np.array([0.0, *self._of.times, *([1.0] if self.uses_last else [])])
-        self._rows = [row[:, None, None] for row in self._of.stages]
-        self._result = self._of.result[:, None, None]
-        count = len(self.times)
-        self._errors = [row[:count, None, None] for row in self._of.errors]
-        self._k = self._products = np.empty((0, 0, 0))
+        self._errors = [row[: len(self.times)] for row in self._of.errors]
+        self._k = np.empty((0, 0, 0))
 
     def try_steps(self, rates: LaneRates, states: FloatArray, steps: FloatArray) -> Tried:
         """Try a step from states, (n, B), of lengths in s, (B,)."""
         stages = len(self._of.result)
         if self._k.shape[1:] != states.shape:
             self._k = np.zeros((len(self.times), *states.shape))
-            self._products = np.empty_like(self._k)
         k = self._k
         rates(0, states, k[0])
-        for s, row in enumerate(self._rows, start=1):
+        for s, row in enumerate(self._of.stages, start=1):
             rates(s, self._moved(states, steps, row), k[s])
-        reached = self._moved(states, steps, self._result)
+        reached = self._moved(states, steps, self._of.result)
         if self.uses_last:
             rates(stages, reached, k[stages])
         scale = self._atol + self._rtol * np.maximum(np.abs(states), np.abs(reached))
         return Tried(reached, self._error(scale, steps))
 
     def _moved(self, states: FloatArray, steps: FloatArray, weights: FloatArray) -> FloatArray:
-        return states + steps * self._weighted(weights)
+        moved = self._weighted(weights)
+        moved *= steps
+        moved += states
+        return moved
 
     def _weighted(self, weights: FloatArray) -> FloatArray:
-        """Sum the first rates with weights, (s, 1, 1)."""
-        products = self._products[: len(weights)]
-        np.multiply(self._k[: len(weights)], weights, out=products)
-        total: FloatArray = np.add.reduce(products, axis=0)
+        """Sum the first rates with weights, (s,); numpy adds one row after the other here."""
+        total: FloatArray = np.einsum("s,snb->nb", weights, self._k[: len(weights)])
         return total
 
     def _error(self, scale: FloatArray, steps: FloatArray) -> FloatArray:

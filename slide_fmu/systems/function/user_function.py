@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
@@ -98,27 +98,16 @@ class UserFunction:
             arguments = (*arguments, read_only(du))
         self.calls += 1
         result = called_with(self.name, self._function, arguments)
-        lanes = x.shape[1:]
-        if self.count == 1 and np.shape(result) == lanes:
+        if self.count == 1 and np.shape(result) == x.shape[1:]:
             result = [result]
-        if isinstance(result, np.ndarray) and result.shape == values.shape:
-            values[...] = result
-            return
-        shapes = (
-            [np.shape(row) for row in result] if isinstance(result, Sequence | np.ndarray) else []
-        )
-        if len(shapes) != self.count or not {(), lanes}.issuperset(shapes):
-            what = (
-                f"an array of shape {np.shape(result)}"
-                if isinstance(result, np.ndarray)
-                else shapes
-            )
+        try:
+            for row, numbers in zip(values, result, strict=True):
+                row[...] = numbers
+        except (TypeError, ValueError) as error:
             raise FunctionError(
-                f"{self.name} gave {what}; expected "
-                f"{self.count} numbers or arrays of shape {lanes}"
-            )
-        for row, numbers in zip(values, result, strict=True):
-            row[...] = numbers
+                f"{self.name} gave {_shown(result)} for {x.shape[1]} states at once ({error}); "
+                f"expected {self.count} numbers or arrays of shape {x.shape[1:]}"
+            ) from error
 
     def finite(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:
         """Give the numbers, which must be finite.

@@ -1,5 +1,7 @@
 """Quarter car over a road: cubic bump stop, asymmetric damper, tyre."""
 
+import numpy as np
+
 inputs = {"road": "m"}
 outputs = {"body_acceleration": "m/s^2", "suspension_travel": "m", "tyre_deflection": "m"}
 hold = "first_order"  # the road goes on linearly between samples
@@ -19,7 +21,7 @@ start = [0.0, 0.0, 0.0, 0.0]  # heights of body and wheel in m, their velocities
 def forces(x, u, p, du):
     body, wheel, body_velocity, wheel_velocity = x
     travel, rate = body - wheel, body_velocity - wheel_velocity
-    damper = (p.rebound if rate > 0 else p.compression) * rate
+    damper = np.where(rate > 0, p.rebound, p.compression) * rate
     suspension = p.spring * travel + p.bump_stop * travel**3 + damper
     tyre = p.tyre * (wheel - u[0]) + p.tyre_damping * (wheel_velocity - du[0])
     return suspension, tyre

@@ -8,7 +8,7 @@ meet after it. For that the system need only be simulated.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +17,8 @@ from slide_fmu.core.signals import FloatArray, hold_of
 from slide_fmu.core.window import Window
 from slide_fmu.memory.modes import UnstableModeError, slowest_rate, time_to_decay
 from slide_fmu.memory.time_budget import TimeBudget
-from slide_fmu.systems.base import Linearizable, RandomStates, State, System
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.base import Linearizable, Motion, RandomStates, State, System
+from slide_fmu.systems.simulation import motions_at_once, outputs_of, simulate_motions
 
 LEAST_MET = 3
 """Number of samples that a rate needs; motions that meet faster count as meeting in these."""
@@ -166,36 +166,15 @@ class MetAtOnceError(ValueError):
     """Two motions meet within fewer samples than a rate can be measured on."""
 
 
-def measured_rate(
-    system: System,
-    inputs: FloatArray,
-    first: State,
-    second: State,
-    remaining_amplitude: float = 0.01,
-) -> float:
-    """Measure the rate Re(v) in 1/s at which outputs from two states meet under the same inputs.
+def convergence_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
+    """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
 
     The energy of the remaining difference, E(t) = sum over t' >= t of |e(t')|^2, falls like exp(2
     Re(v) t) without the zero crossings of e itself (backward integration, as for the decay of
     sound in rooms: Schroeder, 1965). A line through log E, from the start until E has fallen to
-    the square of the remaining amplitude, gives Re(v). The inputs, shape (N, n_inputs), last about
-    twice the expected decay time. The result is 0 if the outputs have not met after three quarters
-    of the samples: then there are too few, or the motion depends on its start for ever.
-
-    Raises:
-        ValueError: the outputs never differ, or meet within two samples.
-        SimulationError: a motion could not be simulated.
-    """
-    if hold_of(system.inputs) == "first_order":  # both motions see the same input from the start
-        second = State(second.coordinates, second.velocities, first.last_input)
-    one, other = (simulate(system, inputs, state).outputs for state in (first, second))
-    return convergence_rate(system, one - other, remaining_amplitude)
-
-
-def convergence_rate(system: System, gap: FloatArray, remaining_amplitude: float = 0.01) -> float:
-    """Return the rate Re(v) in 1/s at which a gap between outputs, (N, n_outputs), closes.
-
-    The result is 0 if it has not closed after three quarters of the samples.
+    the square of the remaining amplitude, gives Re(v). The gap lasts about twice the expected
+    decay time. The result is 0 if it has not closed after three quarters of the samples: then
+    there are too few, or the motion depends on its start for ever.
 
     Raises:
         NoGapError: there is no gap.
@@ -248,37 +227,57 @@ def measured_decay(
         raise ValueError("measured decay: no inputs; expected at least one sequence")
     rates: list[float] = []
     same: NoGapError | None = None
-    for index, sequence in enumerate(inputs):
+    at_once = max(1, motions_at_once(system, 2 * len(inputs[0])) // 2)
+    for first in range(0, len(inputs), at_once):
         if rates and patience is not None and patience.gone("further pairs of motions"):
             break
-        try:
-            rates.append(
-                _rate_of_pair(system, sequence, inputs[index - 1], rng, remaining_amplitude)
-            )
-        except MetAtOnceError:
-            rates.append(math.log(remaining_amplitude) / (LEAST_MET * system.step))
-        except NoGapError as error:
-            same = error
+        numbers = range(first, min(first + at_once, len(inputs)))
+        for gap in _gaps(system, [_pair(system, inputs[k], inputs[k - 1], rng) for k in numbers]):
+            try:
+                rates.append(convergence_rate(system, gap, remaining_amplitude))
+            except MetAtOnceError:
+                rates.append(math.log(remaining_amplitude) / (LEAST_MET * system.step))
+            except NoGapError as error:
+                same = error
     if same is not None and not rates:
         raise same
     return Decay(np.array(rates), remaining_amplitude)
 
 
-def _rate_of_pair(
-    system: System,
-    sequence: FloatArray,
-    before: FloatArray,
-    rng: np.random.Generator,
-    remaining_amplitude: float,
-) -> float:
-    """Measure the rate of two motions: from random states, or after other inputs and rest."""
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """Two motions under the same inputs from some sample on.
+
+    Attributes:
+        motions: the two.
+        first: the sample from which on their outputs are compared.
+    """
+
+    motions: tuple[Motion, Motion]
+    first: int
+
+
+def _gaps(system: System, pairs: Sequence[_Pair]) -> Iterator[FloatArray]:
+    """Simulate pairs of motions, and give the gaps between their outputs, (N, n_outputs)."""
+    answers = simulate_motions(system, [motion for pair in pairs for motion in pair.motions])
+    for pair in pairs:
+        one, other = outputs_of(next(answers)), outputs_of(next(answers))
+        yield (one - other)[pair.first :]
+
+
+def _pair(
+    system: System, sequence: FloatArray, before: FloatArray, rng: np.random.Generator
+) -> _Pair:
+    """Return two motions: from random states, or after other inputs and after rest."""
+    moves = hold_of(system.inputs) == "first_order"
     if isinstance(system, RandomStates):
         one, other = (system.random_state(rng, sequence[0]) for _ in range(2))
-        return measured_rate(system, sequence, one, other, remaining_amplitude)
-    # with a first-order hold the first input is reached from different values
-    first = len(before) + (hold_of(system.inputs) == "first_order")
+        if moves:  # both motions see the same input from the start
+            other = State(other.coordinates, other.velocities, one.last_input)
+        return _Pair((Motion(sequence, one), Motion(sequence, other)), 0)
+    rest = np.repeat(before[:1], len(before), axis=0)
     after_motion, after_rest = (
-        simulate(system, np.concatenate([past, sequence])).outputs[first:]
-        for past in (before, np.repeat(before[:1], len(before), axis=0))
+        Motion(np.concatenate([past, sequence])) for past in (before, rest)
     )
-    return convergence_rate(system, after_motion - after_rest, remaining_amplitude)
+    # with a first-order hold the first input is reached from different values
+    return _Pair((after_motion, after_rest), len(before) + moves)

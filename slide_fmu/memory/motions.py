@@ -25,7 +25,8 @@ from slide_fmu.memory.decay import (
 from slide_fmu.memory.modes import Spectrum, UnstableModeError, spectrum
 from slide_fmu.memory.time_budget import TIMED_SAMPLES, TimeBudget
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.systems.base import Linearizable, RandomStates, State, System
+from slide_fmu.systems.base import Linearizable, Motion, RandomStates, System
+from slide_fmu.systems.simulation import states_along
 
 MOTIONS = 40
 """Largest number of pairs of motions that are measured."""
@@ -222,12 +223,12 @@ def _decay_along_motions(motions: Motions, draws: list[Draw], stride: int) -> li
     system, amplitude = motions.system, motions.recipe.window.remaining_amplitude
     assert isinstance(system, Linearizable)
     along: list[Decay] = []
-    for index, drawn in enumerate(draws):
+    states = states_along(system, [Motion(one.inputs, one.initial) for one in draws], stride)
+    for index in range(len(draws)):
         if along and motions.patience.gone(FURTHER, LINEARIZING):
             break
-        states = _states_along(system, drawn.initial, drawn.inputs, stride)
         try:
-            along.append(decay_along(system, states, amplitude))
+            along.append(decay_along(system, next(states), amplitude))
         except UnstableModeError as error:
             raise UnstableModeError(f"motion {index} of {len(draws)}: {error}") from error
     return along
@@ -245,16 +246,3 @@ def _decay_over_windows(along: list[Decay], window: Window, stride: int) -> Deca
     recommend_window(decay_time, window.step, window.n_out)  # raises for an infinite time
     samples = max(window.n_in, decay_time / window.step)
     return decay_in_pieces(along, math.ceil(samples / stride))
-
-
-def _states_along(
-    system: Linearizable, initial: State | None, inputs: FloatArray, stride: int
-) -> list[State]:
-    """Simulate a motion and return its states at every ``stride``-th sample."""
-    system.begin(inputs[0]) if initial is None else system.set_state(initial)
-    states = []
-    for k, row in enumerate(inputs):
-        system.advance(row)
-        if (k + 1) % stride == 0:
-            states.append(system.get_state())
-    return states

@@ -109,10 +109,12 @@ class Beginning:
     Attributes:
         outputs: outputs at its first k + 1 samples, in their units, shape (k + 1, n_outputs).
         state: the state at sample k; None where not even the start was found.
+        states: those of its states that were asked for.
     """
 
     outputs: FloatArray
     state: State | None
+    states: Sequence[State] = ()
 
 
 class Source(abc.ABC):
@@ -312,7 +314,11 @@ class Batching(Bending):
 
     @abc.abstractmethod
     def begin_together(
-        self, systems: Sequence[System], motions: Sequence[Motion], varied: Collection[str] = ()
+        self,
+        systems: Sequence[System],
+        motions: Sequence[Motion],
+        varied: Collection[str] = (),
+        every: int | None = None,
     ) -> list[Beginning]:
         """Simulate motions at once, each as far as that goes.
 
@@ -324,6 +330,8 @@ class Batching(Bending):
                 that are varied.
             motions: at most ``most_at_once`` of them.
             varied: names of the parameters whose values differ.
+            every: the states at the samples with a multiple of this number are wanted, without
+                that at the start; none if None.
         """
 
 

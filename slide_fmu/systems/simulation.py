@@ -192,20 +192,62 @@ def simulate_motions(
         LoadError, ValueError: as in ``simulate_motion``.
     """
     systems = [system] * len(motions) if systems is None else systems
+    begun = _begun(system, motions, systems, varied)
+    for own, motion, beginning in zip(systems, motions, begun, strict=True):
+        yield _answer(own, motion, beginning)
+
+
+def states_along(
+    system: Restorable, motions: Sequence[Motion], every: int
+) -> Iterator[Sequence[State]]:
+    """Simulate motions with inputs that are straight between samples; give states along each.
+
+    They are those at the samples with a multiple of the number ``every``, without the start. Many
+    motions are simulated at once where the system offers that, and else when they are asked for.
+
+    Raises:
+        SimulationError, ValueError: as in ``simulate``.
+    """
+    begun = _begun(system, motions, [system] * len(motions), every=every)
+    for motion, beginning in zip(motions, begun, strict=True):
+        if beginning is not None and len(beginning.outputs) == len(motion.inputs) + 1:
+            yield beginning.states
+            continue
+        states: list[State] = []
+        initial = motion.initial or system.rest_state(motion.first_input)
+        simulate(system, motion.inputs, initial, states)
+        yield states[every::every]
+
+
+def _begun(
+    system: System,
+    motions: Sequence[Motion],
+    systems: Sequence[System],
+    varied: Collection[str] = (),
+    every: int | None = None,
+) -> Iterator[Beginning | None]:
+    """Begin motions together, as many as the system takes at once; None where it takes one."""
     first = 0
     while first < len(motions):
         like = motions[first]
         parts = 1 if like.between is None else len(like.between) // len(like.inputs)
         count = motions_at_once(system, len(like.inputs), parts, varied)
-        part, begun = slice(first, first + count), list[Beginning | None]([None])
-        if count > 1:
+        part = slice(first, first + count)
+        if count == 1:
+            yield None
+        else:
             assert isinstance(system, Batching)
             for own, motion in zip(systems[part], motions[part], strict=True):
                 _check_inputs(own, motion.inputs)
-            begun = [*system.begin_together(systems[part], motions[part], varied)]
-        for own, motion, beginning in zip(systems[part], motions[part], begun, strict=True):
-            yield _answer(own, motion, beginning)
+            yield from system.begin_together(systems[part], motions[part], varied, every)
         first += count
+
+
+def outputs_of(answer: Answer) -> FloatArray:
+    """Return the outputs that are an answer, or raise the error that it is."""
+    if isinstance(answer, SimulationError):
+        raise answer
+    return answer
 
 
 def motions_at_once(

@@ -14,7 +14,13 @@ from slide_fmu.systems.base import Motion, State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
 from slide_fmu.systems.function.system import FunctionSystem
-from slide_fmu.systems.simulation import motions_at_once, simulate_motion, simulate_motions
+from slide_fmu.systems.simulation import (
+    motions_at_once,
+    simulate,
+    simulate_motion,
+    simulate_motions,
+    states_along,
+)
 
 STEP, SAMPLES = 0.05, 300
 ROUNDING = 1e-12
@@ -105,6 +111,20 @@ def test_motions_begin_at_the_states_they_name_and_may_differ_in_length() -> Non
     start = State(np.array([0.4, -1.0, 0.2]), np.zeros(0), np.array([0.3, 0.1]), np.ones(2))
     motions = [Motion(motion(3 * k, 10 + 290 * k).inputs, start if k else None) for k in range(3)]
     assert_same(made, motions)
+
+
+@pytest.mark.parametrize("every", [1, 7, 300])
+def test_states_along_motions_are_those_alone(every: int) -> None:
+    made = system()
+    motions = [Motion(motion(3 * number).inputs) for number in range(3)]
+    for each, states in zip(motions, states_along(made, motions, every), strict=True):
+        alone: list[State] = []
+        simulate(made, each.inputs, made.rest_state(each.first_input), alone)
+        assert len(states) == SAMPLES // every
+        for one, other in zip(states, alone[every::every], strict=True):
+            np.testing.assert_allclose(one.coordinates, other.coordinates, rtol=1e-9, atol=1e-11)
+            np.testing.assert_array_equal(one.last_input, other.last_input)
+            np.testing.assert_allclose(one.input_rate, other.input_rate, rtol=1e-9, atol=1e-11)
 
 
 @pytest.mark.parametrize("method", EXPLICIT)
@@ -240,6 +260,20 @@ def test_sum_over_lanes_is_found_by_comparison() -> None:
         return [x[1], u[0] - np.sum(x), -x[2]]
 
     one_by_one("f gives", f)
+
+
+def test_list_of_an_array_and_a_number_made_one_array_is_integrated_alone() -> None:
+    def f(x: FloatArray, u: FloatArray, p: Any) -> FloatArray:
+        return np.array([x[1], u[0] - x[0] - x[1], 0.0])
+
+    one_by_one("test_lanes.py, line", f)
+
+
+def test_rows_and_columns_the_wrong_way_round_are_refused() -> None:
+    def f(x: FloatArray, u: FloatArray, p: Any) -> FloatArray:
+        return np.stack([x[1], u[0] - x[0] - x[1], -x[2]], axis=-1)
+
+    one_by_one("for 64 states at once", f)
 
 
 def test_outputs_of_one_state_alone_are_remarked() -> None:

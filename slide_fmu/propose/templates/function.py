@@ -10,6 +10,8 @@ parameters = {"mass": 1.0, "damping": 4.0, "stiffness": 100.0, "hardening": 1000
 start = [0.0, 0.0]  # position in m and velocity in m/s, from where the state of rest is looked for
 
 
+# Many motions are simulated at once where f and g accept arrays: position is then one number or an
+# array of them. So write np.where(v > 0, a, b) in place of if, and np.tanh in place of math.tanh.
 def f(x, u, p):
     position, velocity = x
     spring = p.stiffness * position + p.hardening * position**3

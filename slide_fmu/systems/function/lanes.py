@@ -68,9 +68,17 @@ class Lane:
         left: whether it cannot go on.
     """
 
-    def __init__(self, course: Course, p: Parameters, start: State, outputs: FloatArray) -> None:
-        """Begin at a state with outputs, (n_outputs,)."""
+    def __init__(
+        self,
+        course: Course,
+        p: Parameters,
+        start: State,
+        outputs: FloatArray,
+        every: int | None = None,
+    ) -> None:
+        """Begin at a state with outputs, (n_outputs,); keep some states on the way."""
         self.course, self.p, self.left = course, p, False
+        self._every, self._kept = every, list[State]()
         self.outputs = np.empty((len(course.motion.inputs) + 1, len(outputs)))
         self.outputs[0], self.known = outputs, 1
         self.state = start.coordinates
@@ -98,6 +106,10 @@ class Lane:
         good = number if finite.all() else int(np.argmin(finite))
         self.left = self.left or good < number
         self.outputs[self.known : self.known + good] = outputs[:good]
+        if self._every is not None:
+            wanted = range(-self.known % self._every, good, self._every)
+            none = np.zeros(0)
+            self._kept += [State(states[k].copy(), none, reached[k], rates[k]) for k in wanted]
         self.known += good
         if good:
             self.state, self._rate = states[good - 1].copy(), rates[good - 1]
@@ -107,7 +119,7 @@ class Lane:
         k = self.known - 1
         last = self.course.motion.inputs[k - 1] if k else self.course.before
         state = State(self.state, np.zeros(0), last.copy(), self._rate)
-        return Beginning(self.outputs[: self.known], state)
+        return Beginning(self.outputs[: self.known], state, self._kept)
 
 
 def of_lanes(each: Sequence[Parameters], varied: Collection[str]) -> Parameters:

@@ -252,12 +252,16 @@ class FunctionSystem(Linearizable, Batching):
             self.remarks = (*self.remarks, f"{trial.refusal}: {ONE_BY_ONE}")
 
     def begin_together(
-        self, systems: Sequence[System], motions: Sequence[Motion], varied: Collection[str] = ()
+        self,
+        systems: Sequence[System],
+        motions: Sequence[Motion],
+        varied: Collection[str] = (),
+        every: int | None = None,
     ) -> list[Beginning]:
         trial, begun = self._trial(tuple(sorted(varied))), []
         for system, motion in zip(systems, motions, strict=True):
             assert isinstance(system, FunctionSystem)
-            begun.append(system._begun(motion))
+            begun.append(system._begun(motion, every))
         lanes = [lane for lane in begun if lane is not None]
         if lanes:
             functions = self._equations.function, self._g
@@ -273,13 +277,13 @@ class FunctionSystem(Linearizable, Batching):
         none = Beginning(np.empty((0, len(self.outputs))), None)
         return [none if lane is None else lane.beginning() for lane in begun]
 
-    def _begun(self, motion: Motion) -> Lane | None:
+    def _begun(self, motion: Motion, every: int | None) -> Lane | None:
         """Return a lane at the start of a motion; None where the system fails there."""
         ends = np.array([(signal.low, signal.high) for signal in self.inputs]).T
         try:
             self.set_state(motion.initial or self.rest_state(motion.first_input))
             course = Course(motion, self._u, self.step, moves(self.inputs), ends)
-            return Lane(course, self._p, self.get_state(), self.output())
+            return Lane(course, self._p, self.get_state(), self.output(), every)
         except SimulationError:
             return None
 

@@ -105,7 +105,7 @@ class UserFunction:
                 row[...] = numbers
         except (TypeError, ValueError) as error:
             raise FunctionError(
-                f"{self.name} gave {_shown(result)} for {x.shape[1]} states at once ({error}); "
+                f"{self.name} gave {shown(result, LONGEST)} for {x.shape[1]} states at once ({error}); "
                 f"expected {self.count} numbers or arrays of shape {x.shape[1:]}"
             ) from error
 

@@ -38,7 +38,7 @@ from slide_fmu.recipe.quick import QUICK, REMARK
 from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.recipe.your_inputs import with_inputs
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import Batching, System
 from slide_fmu.validation.validate import origin_of_data
 
 VERSIONS_OF = ("slide-fmu", "numpy", "scipy", "torch")
@@ -256,11 +256,16 @@ def with_values(job: Job, values: FoundValues) -> Job:
 def checked(job: Job) -> Job:
     """Return a job whose recipe was checked with its systems; this is done once.
 
-    The job tells which inputs of the training are clipped.
+    The job tells which inputs of the training are clipped, and what a model that may simulate many
+    motions at once remarks, such as why it does not.
     """
     if not job.is_checked:
         check_case(job.case)
-    for remark in remarks_on_clipping(job.recipe, job.case.source):
+    source = job.case.source
+    if isinstance(source, Batching):
+        source.most_at_once(tuple(job.recipe.parameters))  # which tries it
+    remarks = source.remarks if isinstance(source, Batching) else ()
+    for remark in (*remarks_on_clipping(job.recipe, source), *remarks):
         job.tell(f"remark: {remark}")
     return replace(job, is_checked=True)
 

@@ -94,6 +94,26 @@ def test_table_of_an_unknown_app_is_remarked_once(tmp_path: Path, text: str) -> 
     assert "[apps.pages]" in remark
 
 
+def test_branch_of_a_model_is_remarked_before_the_data_are_made(tmp_path: Path) -> None:
+    lines = (
+        'inputs = {"u": {"unit": "1", "range": [-1, 1]}}',
+        'outputs = {"y": {"unit": "1", "range": [-1, 1]}}',
+        "start = [0.0]",
+        "f = lambda x, u, p: [u[0] - (2.0 if x[0] > 0 else 1.0) * x[0]]",
+        "g = lambda x, u, p: [x[0]]",
+    )
+    (tmp_path / "branch.py").write_text("\n".join(lines), encoding="utf-8")
+    model = f'kind = "function"\nmodel = "{tmp_path / "branch.py"}"\n'
+    text = OPEN.replace('model = "tests.memory.plain_systems:Lag"', model)
+    lengths = "step = 0.05\nn_in = 100\nn_out = 20", "[data]\nduration = 20.0\nburn_in = 5.0"
+    text = text.replace("step = 0.05", lengths[0]).replace("[data]", lengths[1])
+    remarks: list[str] = []
+    checked(opened(tmp_path, text, tell=remarks.append))
+    (remark,) = remarks
+    assert "branch.py, line 4" in remark
+    assert "np.where(rate > 0, a, b)" in remark
+
+
 def test_lengths_are_found_again_for_another_recipe_or_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

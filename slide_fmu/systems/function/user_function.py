@@ -105,8 +105,8 @@ class UserFunction:
                 row[...] = numbers
         except (TypeError, ValueError) as error:
             raise FunctionError(
-                f"{self.name} gave {shown(result, LONGEST)} for {x.shape[1]} states at once ({error}); "
-                f"expected {self.count} numbers or arrays of shape {x.shape[1:]}"
+                f"{self.name} gave {shown(result, LONGEST)} for {x.shape[1]} states at once "
+                f"({error}); expected {self.count} numbers or arrays of shape {x.shape[1:]}"
             ) from error
 
     def finite(self, x: FloatArray, u: FloatArray, p: object, du: FloatArray) -> FloatArray:

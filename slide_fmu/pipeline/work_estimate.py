@@ -45,9 +45,11 @@ ENDS_EARLY = 0.4
 """Part of the iterations after which a fit may have ended, since nothing changes any more."""
 STEP_OF_HEAD = 2e-3
 """Time of a step of the head of a bound, or of another small network, in s."""
-OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 6.0, 3e-5, 8, 5.0
-"""Measuring simulates this many times the trajectories in range, under further inputs and by finer
-steps, and runs the FMU in this number of calls; documents and FMU take WRITING s."""
+FURTHER = 40
+"""Number of motions under further inputs: smooth, constant, as users set them."""
+OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 2.5, 3e-5, 8, 5.0
+"""Measuring simulates all motions this many times, since some go by finer steps, and runs the FMU
+in this number of calls; documents and FMU take WRITING s."""
 
 
 @final
@@ -124,7 +126,7 @@ def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span) -> Span:
 def _measuring(recipe: Recipe, cost: float) -> Span:
     validation = recipe.validation
     count = recipe.unseen(None, cost * (recipe.data.duration + recipe.data.burn_in))
-    simulated = count * (validation.duration or recipe.data.duration)
+    simulated = (count + FURTHER) * (validation.duration or recipe.data.duration)
     steps = simulated / recipe.window.step
     time = OF_SIMULATION * cost * simulated + CALLS * STEP_OF_FMU * steps + WRITING
     return Span(time / 1.5, 1.5 * time)

@@ -62,6 +62,11 @@ but at most by the first factor. Without this limit, a user who drives the machi
 the largest errors alone would get less than the bound promises. It counts for kinds that have the
 second factor times the least number of trajectories: with fewer, chance makes bounds too large."""
 
+KIND_CONFIDENCE = 1 - UNEVEN * (1 - USUAL_CONFIDENCE)
+OF_A_KIND = COMMON * least_trajectories(KIND_CONFIDENCE)
+"""The usual bound covers this share of the samples of each kind that has so many trajectories in
+the calibration."""
+
 LEAST_FACTOR = 0.5
 """Least factor over the factor without floors and disagreement. Where both cover enough samples of
 the calibration, the head must still count: other kinds of input have larger errors."""

@@ -15,6 +15,10 @@ from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_of
 from slide_fmu.surrogate.error_bound import MOST_EXPONENT, USUAL_CONFIDENCE, filling_length
 from slide_fmu.surrogate.surrogate import Surrogate
 
+AT_ONCE = 100
+"""Networks run along this number of trajectories at once: what they need in between takes several
+times the memory of the result."""
+
 
 @dataclass(frozen=True, eq=False)
 class Observations:
@@ -55,15 +59,19 @@ def observed(
 
     Values that are not finite are refused later.
     """
-    scaled = surrogate.input_scaling.apply(split.inputs)
-    given = surrogate.predict_newest_batch(split.inputs)
-    predicted = surrogate.output_scaling.apply(given)
-    with np.errstate(all="ignore"):
-        errors = np.abs(given - split.outputs[:, 1:]) / surrogate.output_scaling.scale
-        seen = statistics_of((companion, surrogate.estimator), blocks, scaled, predicted)
     filling = filling_length(companion, blocks[1], surrogate.estimator)
     filled = slice(max(surrogate.window.n_in, filling), None)
-    return Observations(*(part[:, filled] for part in (*seen, errors)))
+    found = []
+    for first in range(0, len(split.inputs), AT_ONCE):
+        inputs, outputs = (a[first : first + AT_ONCE] for a in (split.inputs, split.outputs))
+        scaled = surrogate.input_scaling.apply(inputs)
+        given = surrogate.predict_newest_batch(inputs)
+        predicted = surrogate.output_scaling.apply(given)
+        with np.errstate(all="ignore"):
+            errors = np.abs(given - outputs[:, 1:]) / surrogate.output_scaling.scale
+            seen = statistics_of((companion, surrogate.estimator), blocks, scaled, predicted)
+        found.append([part[:, filled] for part in (*seen, errors)])
+    return Observations(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 def require_finite(name: str, mix: Observations) -> None:

@@ -63,6 +63,11 @@ IN_TURN = (STREAMS["bound"], STREAMS["calibration"], TEST)
 """In these streams all kinds of the mix take turns: what is promised and measured of a kind needs
 as many trajectories of a rare one as of a frequent one. Others draw the kinds by their weights."""
 
+STRAIGHT = tuple(STREAMS[name] for name in ("train", "validation", "beyond", "companion"))
+"""In these streams, from which networks learn, moving inputs never jump. A network sees samples,
+so that the time of a jump is noise to it: on average over all times, a jump acts like a straight
+line over the step, which teaches the same without the noise."""
+
 SAME_KIND = 2
 """Number of draws of the kind whose turn it is; if the system fails on all of them, any kind takes
 its place."""
@@ -248,7 +253,8 @@ def _drawn_inputs(
     inputs = outer.inputs(system.inputs, time, factor, rng)
     looped = isinstance(chosen, LoopRecipe) and closed
     jumps = None
-    if recipe.data.jumps and outer.jumps and moves(system.inputs) and not looped:
+    may_jump = recipe.data.jumps and moves(system.inputs) and not looped
+    if may_jump and outer.jumps and stream.number not in STRAIGHT:
         jumps = np.where(outer.jumping(inputs), rng.random(inputs.shape), np.nan)
     if looped:
         assert isinstance(chosen, LoopRecipe)

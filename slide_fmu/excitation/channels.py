@@ -17,7 +17,7 @@ from pydantic import Field
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range
-from slide_fmu.excitation.descriptions import between, size, subject
+from slide_fmu.excitation.descriptions import between, distance, size, subject
 
 
 class ChannelKind(Kind):
@@ -26,17 +26,28 @@ class ChannelKind(Kind):
     Attributes:
         amplitude: range of the factor on the normalised signal; it is drawn uniformly, separately
             for each input. Values beyond an input's range are clipped to its ends.
+        offset: range of a constant of random sign that is added, as a part of half the range of
+            the input; it is drawn uniformly, separately for each input.
     """
 
     amplitude: Range = (1.0, 1.0)
+    offset: Range = (0.0, 0.0)
+
+    def size(self, signals: tuple[Signal, ...]) -> str:
+        """Return how far the inputs reach from where, as a part of their description."""
+        about = f", about an offset of {distance(self.offset, signals)}"
+        return size(self.amplitude, signals) + (about if self.offset[1] else "")
 
     @abc.abstractmethod
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw one normalised channel, shape (N,), at times in s, evenly spaced, shape (N,)."""
 
     def scaled(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Draw one normalised channel with its amplitude; it may leave -1 .. 1."""
-        return rng.uniform(*self.amplitude) * self.signal(time, rng)
+        """Draw one normalised channel with its amplitude and offset; it may leave -1 .. 1."""
+        values = rng.uniform(*self.amplitude) * self.signal(time, rng)
+        if self.offset[1] == 0:
+            return values
+        return values + rng.uniform(*self.offset) * (1 if rng.random() < 0.5 else -1)
 
     def inputs(
         self,
@@ -77,7 +88,7 @@ class HeldRandom(ChannelKind):
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         time = between((step * self.samples[0], step * self.samples[1]), "s")
-        largest = size(self.amplitude, signals)
+        largest = self.size(signals)
         return f"{subject(signals)} takes random values of up to {largest}, each for {time}"
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -99,7 +110,7 @@ class MovingAverageRandom(ChannelKind):
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         return (
             f"{subject(signals)} is a weighted sum of the last {len(self.coefficients)} random "
-            f"values of up to {size(self.amplitude, signals)}, one every {step:g} s"
+            f"values of up to {self.size(signals)}, one every {step:g} s"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -121,7 +132,7 @@ class Steps(ChannelKind):
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         return (
             f"{subject(signals)} steps between random levels of up to "
-            f"{size(self.amplitude, signals)}, each for {between(self.duration, 's')}"
+            f"{self.size(signals)}, each for {between(self.duration, 's')}"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -142,7 +153,7 @@ class Ramps(ChannelKind):
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         return (
-            f"{subject(signals)} goes to random levels of up to {size(self.amplitude, signals)}, "
+            f"{subject(signals)} goes to random levels of up to {self.size(signals)}, "
             f"each within {step:g} s, and stays there for {between(self.duration, 's')}"
         )
 
@@ -171,7 +182,7 @@ class Stops(ChannelKind):
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         time = between(self.duration, "s")
         return (
-            f"{subject(signals)} moves by up to {size(self.amplitude, signals)} in sums of sines "
+            f"{subject(signals)} moves by up to {self.size(signals)} in sums of sines "
             f"of {between(self.angular_frequency)} rad/s for {time}, stops at once for {time}, "
             "and so on"
         )
@@ -213,7 +224,7 @@ class Binary(ChannelKind):
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         return (
-            f"{subject(signals)} switches between plus and minus {size(self.amplitude, signals)}, "
+            f"{subject(signals)} switches between plus and minus {self.size(signals)}, "
             f"each for {between(self.duration, 's')}"
         )
 
@@ -237,7 +248,7 @@ class Rest(ChannelKind):
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         time = between(self.duration, "s")
         return (
-            f"{subject(signals)} takes random values of up to {size(self.amplitude, signals)}, "
+            f"{subject(signals)} takes random values of up to {self.size(signals)}, "
             f"one every {step:g} s, for {time}, then rests for {time}, and so on"
         )
 

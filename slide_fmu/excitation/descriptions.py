@@ -52,15 +52,24 @@ def size(amplitude: tuple[float, float], signals: tuple[Signal, ...]) -> str:
 
     For one input it is in its unit. For several it is a share of half the range of each.
     """
+    middle = 0.5 * (signals[0].high + signals[0].low)
+    if len(signals) == 1 and middle:
+        unit = signals[0].unit
+        return f"{distance(amplitude, signals)} about {with_unit(f'{middle:g}', unit)}"
+    if _is_one_angle(signals):
+        return f"{distance(amplitude, signals)} about any angle"
+    return distance(amplitude, signals)
+
+
+def distance(parts: tuple[float, float], signals: tuple[Signal, ...]) -> str:
+    """Return a range of parts of half the range of the inputs, as ``size``, from wherever."""
     if len(signals) == 1:
         (signal,) = signals
-        low, high = (0.5 * (signal.high - signal.low) * end for end in amplitude)
-        middle = 0.5 * (signal.high + signal.low)
-        about = f" about {with_unit(f'{middle:g}', signal.unit)}" if middle else ""
-        return between((low, high), signal.unit) + about
+        low, high = (0.5 * (signal.high - signal.low) * end for end in parts)
+        return between((low, high), signal.unit)
     if _is_one_angle(signals):
-        return f"{between((180 * amplitude[0], 180 * amplitude[1]))} deg about any angle"
-    return f"{between((100 * amplitude[0], 100 * amplitude[1]))} % of half its range"
+        return f"{between((180 * parts[0], 180 * parts[1]))} deg"
+    return f"{between((100 * parts[0], 100 * parts[1]))} % of half its range"
 
 
 def _is_one_angle(signals: tuple[Signal, ...]) -> bool:

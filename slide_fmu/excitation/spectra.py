@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.base import CountRange, PositiveRange, Range
+from slide_fmu.excitation.base import CountRange, PositiveRange
 from slide_fmu.excitation.channels import ChannelKind
-from slide_fmu.excitation.descriptions import between, size, subject
+from slide_fmu.excitation.descriptions import between, subject
 
 
 class FilteredRandom(ChannelKind):
@@ -29,7 +29,7 @@ class FilteredRandom(ChannelKind):
         return (
             f"{subject(signals)} is noise through a low-pass filter of "
             f"{between(self.angular_frequency)} rad/s, with an RMS of "
-            f"{size(self.amplitude, signals)}, clipped to its range"
+            f"{self.size(signals)}, clipped to its range"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -49,21 +49,27 @@ class Harmonic(ChannelKind):
 
     Attributes:
         angular_frequency: range in rad/s from which the frequency is drawn uniformly.
+        decades: whether the logarithm of the frequency is drawn uniformly instead, so that slow
+            sines are as frequent as fast ones.
     """
 
     bends = True
 
     kind: Literal["harmonic"]
     angular_frequency: PositiveRange
+    decades: bool = False
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        evenly = ", slow ones as often as fast ones," if self.decades else ""
         return (
-            f"{subject(signals)} is a lasting sine of {between(self.angular_frequency)} rad/s "
-            f"with an amplitude of {size(self.amplitude, signals)}"
+            f"{subject(signals)} is a lasting sine of {between(self.angular_frequency)} rad/s"
+            f"{evenly} with an amplitude of {self.size(signals)}"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        frequency = rng.uniform(*self.angular_frequency)
+        low, high = self.angular_frequency
+        part = rng.random()
+        frequency = low * (high / low) ** part if self.decades else low + (high - low) * part
         return np.asarray(np.sin(frequency * time + rng.uniform(-np.pi, np.pi)))
 
 
@@ -72,26 +78,34 @@ class Sweep(ChannelKind):
 
     Attributes:
         angular_frequency: range in rad/s that the frequency sweeps through.
+        decades: whether the logarithm of the frequency changes linearly instead: the sweep takes
+            as long for each octave.
     """
 
     bends = True
 
     kind: Literal["sweep"]
     angular_frequency: PositiveRange
+    decades: bool = False
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
         low, high = self.angular_frequency
+        evenly = "as long through each octave, " if self.decades else ""
         return (
             f"{subject(signals)} is a sine that sweeps from {low:g} to {high:g} rad/s, or back, "
-            f"with an amplitude of {size(self.amplitude, signals)}"
+            f"{evenly}with an amplitude of {self.size(signals)}"
         )
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         first, last = self.angular_frequency[:: 1 if rng.random() < 0.5 else -1]
-        rate = (last - first) / (time[-1] - time[0] + 1e-12)  # there may be one sample only
+        span = time[-1] - time[0] + 1e-12  # there may be one sample only
         elapsed = time - time[0]
-        phase = rng.uniform(-np.pi, np.pi) + first * elapsed + 0.5 * rate * elapsed**2
-        return np.asarray(np.sin(phase))
+        if self.decades and first != last:
+            rate = np.log(last / first) / span
+            turned = first / rate * np.expm1(rate * elapsed)
+        else:
+            turned = first * elapsed + 0.5 * (last - first) / span * elapsed**2
+        return np.asarray(np.sin(rng.uniform(-np.pi, np.pi) + turned))
 
 
 class Multisine(ChannelKind):
@@ -104,8 +118,6 @@ class Multisine(ChannelKind):
         components: range of the number of sines, both ends included.
         decades: whether the range is divided into as many parts of the same ratio as there are
             sines, with one sine in each part: slow and fast sines at once.
-        offset: range of a constant of random sign that is added, as a part of half the range of
-            the input; it is drawn uniformly.
         points: range in s of the time between communication points, whose logarithm is drawn
             uniformly. All inputs are straight from point to point, or held if they are held
             inputs, as a master with such a step gives them. Without it, sines bend everywhere.
@@ -115,7 +127,6 @@ class Multisine(ChannelKind):
     angular_frequency: PositiveRange
     components: CountRange = (8, 20)
     decades: bool = False
-    offset: Range = (0.0, 0.0)
     points: PositiveRange | None = None
 
     @property
@@ -135,11 +146,10 @@ class Multisine(ChannelKind):
         spread = ", slow and fast ones at once" if self.decades else ""
         several = f"a sum of {between(self.components)} sines"
         sines = "a sine" if self.components == (1, 1) else several
-        about = f", about an offset of {size(self.offset, signals)}" if self.offset[1] else ""
         return (
             f"{subject(signals)} is {sines} of "
             f"{between(self.angular_frequency)} rad/s{spread}, with an RMS of "
-            f"{size(self.amplitude, signals)}{about}, clipped to its range{self._apart(step)}"
+            f"{self.size(signals)}, clipped to its range{self._apart(step)}"
         )
 
     def _apart(self, step: float) -> str:
@@ -171,12 +181,6 @@ class Multisine(ChannelKind):
             ],
             axis=1,
         )
-
-    def scaled(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
-        sines = super().scaled(time, rng)
-        if self.offset[1] == 0:
-            return sines
-        return sines + rng.uniform(*self.offset) * (1 if rng.random() < 0.5 else -1)
 
     def signal(self, time: FloatArray, rng: np.random.Generator) -> FloatArray:
         count = int(rng.integers(self.components[0], self.components[1] + 1))

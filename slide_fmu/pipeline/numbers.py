@@ -13,6 +13,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from slide_fmu.bounds.judge import KIND_CONFIDENCE, OF_A_KIND
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.result_cache import ResultFile
 from slide_fmu.data.answers import asked_of_sources
@@ -51,8 +52,11 @@ BOUND_TIME = 60.0
 """The trajectories of an error bound, simulated one after the other, take at most this time in s,
 unless their least numbers take longer."""
 BOUND, CALIBRATION = (30, 200), (100, 100)
-"""The least and the largest numbers of trajectories from which a bound learns, and by which it is
-calibrated."""
+"""The least numbers of trajectories from which a bound learns and by which it is calibrated, and
+the largest ones where the mix has few kinds of input."""
+BOUND_OF_KIND = 20
+"""The largest numbers have so many trajectories of each kind of the mix to learn from, and
+``OF_A_KIND`` to calibrate by: then the bound is calibrated for each kind alone, too."""
 CURVE, COST = "learning_curve", "trajectory_time"
 """Names of the results that the run folder keeps."""
 DEAR, DEAR_CALIBRATION = 5.0, 60
@@ -142,32 +146,50 @@ def _numbers_with(
     if "data.estimator" in open_keys:
         estimator = max(ESTIMATOR, train)
     least = max(VALIDATION, train // SHARE), max(VALIDATION, estimator // ESTIMATOR_SHARE)
+    of_bound = numbers_of_bound(train, cost, len(recipe.mix()))
     all_numbers: dict[str, int | str] = dict(
         zip(
             (*NUMBERS, *BOUND_NUMBERS),
-            (train, least[0], estimator, least[1], *numbers_of_bound(train, cost)),
+            (train, least[0], estimator, least[1], *of_bound),
             strict=True,
         )
     )
     return nested({key: n for key, n in all_numbers.items() if key in open_keys})
 
 
-def numbers_of_bound(train: int, cost: float) -> tuple[int | str, int, int]:
+def numbers_of_bound(train: int, cost: float, kinds: int) -> tuple[int | str, int, int]:
     """Return numbers of trajectories of an error bound: of companion, head and calibration.
 
-    If a simulation takes little time, the numbers are the largest useful ones. If it takes more,
-    the companion learns from the surrogate's trajectories, and the other numbers are smaller.
+    If a simulation takes little time, the numbers are the largest useful ones of a mix of so many
+    kinds. If it takes more, the companion learns from the surrogate's trajectories, and the other
+    numbers are smaller.
     """
-    most = BOUND[1] + CALIBRATION[1]
-    if cost * (train + most) <= BOUND_TIME:
-        return train, BOUND[1], CALIBRATION[1]
-    part = BOUND_TIME / (cost * most)
-    least = DEAR_CALIBRATION if cost > DEAR else CALIBRATION[0]
+    largest = (
+        max(BOUND[1], BOUND_OF_KIND * kinds),
+        max(CALIBRATION[1], OF_A_KIND * kinds),
+    )
+    if cost * (train + sum(largest)) <= BOUND_TIME:
+        return train, *largest
+    part = BOUND_TIME / (cost * sum(largest))
+    fewest = BOUND[0], DEAR_CALIBRATION if cost > DEAR else CALIBRATION[0]
     head, calibration = (
-        min(max(fewest, int(part * largest)), largest)
-        for fewest, largest in (BOUND, (least, CALIBRATION[1]))
+        min(max(few, int(part * most)), most) for few, most in zip(fewest, largest, strict=True)
     )
     return "train", head, calibration
+
+
+def too_few_of_a_kind(recipe: Recipe) -> str | None:
+    """Say that a calibration is too small to promise anything of a kind of input; None if not."""
+    kinds = len(recipe.mix())
+    each, enough = recipe.data.calibration // max(1, kinds), OF_A_KIND
+    if recipe.bound is None or kinds < 2 or each >= enough:
+        return None
+    return (
+        f"The error bound is calibrated by {recipe.data.calibration} trajectories, {each} of each "
+        f"of {kinds} kinds of input, since a simulation takes long. It covers about 95 % of all "
+        f"together, and of single kinds perhaps less than {100 * KIND_CONFIDENCE:g} %, which "
+        f"takes {enough} of each (data.calibration = {enough * kinds})."
+    )
 
 
 def _needs_cost(open_keys: Collection[str]) -> bool:

@@ -24,7 +24,7 @@ from slide_fmu.memory.step_remark import step_remark
 from slide_fmu.memory.time_budget import TimeBudget
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, versions, with_values
-from slide_fmu.pipeline.numbers import find_numbers, kept_curve
+from slide_fmu.pipeline.numbers import find_numbers, kept_curve, too_few_of_a_kind
 from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import SPLITS, Recipe
@@ -168,7 +168,13 @@ def choose_numbers(job: Job, place: Workplace) -> Job:
     The workplace makes the trajectories for this.
     """
     numbers = find_numbers(job.case, job.open_keys, job.folder, job.bar, place, job.recipe_folder)
-    return with_values(job, numbers) if numbers else job
+    if not numbers:
+        return job
+    known = with_values(job, numbers)
+    remark = too_few_of_a_kind(known.recipe) if "data.calibration" in job.open_keys else None
+    if remark is not None:
+        job.tell(remark)
+    return known
 
 
 def generate_data(job: Job, place: Workplace) -> DataFigures:

@@ -66,6 +66,27 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     return ranges
 
 
+def parse_band(text: str | None) -> tuple[float, float] | None:
+    """Read working frequencies in Hz of the command line: ``LOW..HIGH``; None if not given.
+
+    Raises:
+        RecipeError: the text has another form, or the frequencies are not positive.
+    """
+    if text is None:
+        return None
+    low, _, high = text.partition("..")
+    try:
+        band = float(low), float(high)
+    except ValueError:
+        band = (math.nan, math.nan)
+    if not 0 < band[0] <= band[1] < math.inf:
+        raise RecipeError(
+            f"--band {text}; expected LOW..HIGH with two positive frequencies in Hz, the lower "
+            "one first, as in --band 10..25"
+        )
+    return band
+
+
 def draft_inputs(
     declared: DeclaredModel, given: Ranges, hold: Hold | None = None, file: Path | None = None
 ) -> list[DraftSignal]:

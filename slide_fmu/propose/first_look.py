@@ -51,8 +51,9 @@ further than that beyond an output at rest, it is an end that no motion passes."
 USUAL = (1, 2, 5, 10)
 """Usual communication steps of importers, in ms."""
 
-MakeTables = Callable[[float], Sequence[KindTable]]
-"""Makes the tables of the excitation for a sample step in s."""
+MakeTables = Callable[..., Sequence[KindTable]]
+"""Makes the tables of the excitation for a sample step in s, and for ``resonances`` that are known
+by then: the lowest and the highest, in rad/s."""
 
 
 @dataclass(frozen=True, eq=False)

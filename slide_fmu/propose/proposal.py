@@ -37,6 +37,13 @@ from slide_fmu.propose.first_look import (
     taken_step,
 )
 from slide_fmu.propose.foresight import foreseen
+from slide_fmu.propose.frequencies import (
+    in_rad,
+    near_resonances,
+    remarks_on_frequencies,
+    require_resolved,
+    require_sines,
+)
 from slide_fmu.propose.inputs_file import require_in_ranges, with_file
 from slide_fmu.propose.proposed_chain import ProposedChain, are_angles, proposed_chain
 from slide_fmu.propose.proposed_loops import proposed_loops, require_pairs
@@ -86,6 +93,7 @@ class InitOptions:
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
         jumps: whether inputs that move may jump at any time.
         inputs_file: file of the user's own inputs, from here; None without one.
+        band: lowest and highest frequency in Hz at which the machine works; None if not known.
     """
 
     model: str
@@ -103,6 +111,7 @@ class InitOptions:
     loops: tuple[str, ...] = ()
     jumps: bool = False
     inputs_file: Path | None = None
+    band: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -193,11 +202,16 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     )
     draft, of_recipe = _agreed(options, declarations, seen, outputs)
     draft = _with_loops(options.loops, declarations, draft)
+    require_resolved(options.band, draft.step)
     on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
     own = (*declarations.declared.remarks, *on_inputs(declarations.declared, options.inputs))
     before = (*own, *_on_hold(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
-    remarks = (*before, *of_file, *seen.remarks, *of_outputs, *of_loops, *of_recipe)
+    on_frequencies = remarks_on_frequencies(options.band, seen, declarations.kind)
+    remarks = (
+        *(*before, *of_file, *on_frequencies),
+        *(*seen.remarks, *of_outputs, *of_loops, *of_recipe),
+    )
     return Proposal(recipe_text(draft), draft, remarks)
 
 
@@ -306,8 +320,15 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     turning = bool(cosines_of(system.inputs))
     if options.jumps:
         _require_jumping(kind, turning)
+    if options.band is not None:
+        require_sines(options.band, kind)
     tables = partial(
-        default_excitation, inputs=kind, widths=widths, turning=turning, jumps=options.jumps
+        default_excitation,
+        inputs=kind,
+        widths=widths,
+        turning=turning,
+        jumps=options.jumps,
+        band=options.band and in_rad(*options.band),
     )
     return ModelDeclarations(declared, inputs, outputs, chain, specification, system, tables, kind)
 
@@ -359,7 +380,8 @@ def _draft(
     """Return the contents of the recipe."""
     declared, chain = declarations.declared, declarations.chain.path
     step, origin, fmu_step = _run_by_steps(declarations, options, seen)
-    name, tables = proposed_name(declared.model, options.name), declarations.tables(step)
+    name = proposed_name(declared.model, options.name)
+    tables = declarations.tables(step, resonances=near_resonances(seen, step))
     inputs_file: list[str] = []
     if options.inputs_file is not None:
         path = _from_folder(str(options.inputs_file), options.folder)

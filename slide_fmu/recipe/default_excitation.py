@@ -4,7 +4,8 @@ Networks are accurate on inputs like those of their training. So the mix holds u
 machines: noise, sums of many and of few sines, single sines and sweeps in the band of the sample
 step, steps and rests, each from small to large. Moving inputs go to a new level within one step
 (``ramps``), unless they jump. Most smooth inputs are like sums of slow and fast
-sines; a few lasting sines let a resonance build up. Set points of drives get motions from point to
+sines. Lasting sines let a resonance build up: they are what people try first, so that they reach
+through the whole range and the whole band. Set points of drives get motions from point to
 point instead. An angle, whose inputs are cosine and sine, turns at a speed that rises and falls.
 Both also move as drives are driven: at their limits, in jogs and long moves, with stops.
 """
@@ -38,8 +39,13 @@ BOX_WEIGHT = 0.2
 between them."""
 ALONE_WEIGHT = 0.2
 """Weight, of 1 in all, of motions in which one of several inputs moves alone."""
-JUMP_WEIGHT = 0.25
-"""Weight that kinds of moving inputs which jump add to the weight, 1 in all, of the others."""
+BAND_WEIGHT = 0.25
+"""Weight, of 1 in all, of motions at the working frequencies."""
+PINK = [8, 30]
+"""Numbers of sines whose frequencies are spread evenly over all octaves, as in pink noise."""
+SLOWEST_RAMP = 16
+"""The slowest motion between points of the box takes this many times the half period of the middle
+frequency, on a scale of octaves."""
 STANDING_START = 12
 """Number of samples in which it reaches that speed at its limit of acceleration."""
 
@@ -57,13 +63,18 @@ def default_excitation(
     widths: Sequence[float] = (),
     turning: bool = False,
     jumps: bool = False,
+    resonances: tuple[float, float] | None = None,
+    band: tuple[float, float] | None = None,
 ) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
     The widths of the ranges, in the units of the inputs, limit the speeds of set points; unknown
     widths give slower moves. Where several widths are known, some motions are of one input alone.
     Where some inputs are cosine and sine of an angle (``turning``), they have no box. Moving
-    inputs that jump (``jumps``) do so in steps, from end to end, and where motions stop.
+    inputs that jump (``jumps``) do so in steps, from end to end, and where motions stop. Some
+    sines are near the resonances, from the least to the largest frequency in rad/s, if they are
+    known; and sines of working frequencies (``band``, likewise) reach through the whole range.
+    Set points and angles have limits of their speed instead of both.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
@@ -72,15 +83,27 @@ def default_excitation(
     if inputs == "rates":
         mix = _smooth(step)
     elif inputs == "held" or inputs == "moving":
-        mix = _mixed(step, inputs == "moving", jumps)
+        mix = _mixed(step, inputs == "moving", jumps, resonances)
     else:
         assert_never(inputs)
     *others, box = mix
     kept = [] if turning else [box]
     if len(widths) > 1:
-        others = [_lighter(table, 1.0 - ALONE_WEIGHT / (1.0 - BOX_WEIGHT)) for table in others]
         kept.append({"kind": "one_at_a_time", "weight": ALONE_WEIGHT})
-    return [*others, *kept]
+    at_work = [] if band is None else _sharing(_in_band(band), BAND_WEIGHT)
+    rest = 1.0 - BOX_WEIGHT - (ALONE_WEIGHT if len(widths) > 1 else 0.0)
+    return [*_sharing(others, rest - (BAND_WEIGHT if at_work else 0.0)), *at_work, *kept]
+
+
+def highest_frequency(step: float) -> float:
+    """Return the highest frequency in rad/s that the mix reaches, for a sample step in s."""
+    return _tidy(TOP * math.pi / step)
+
+
+def full_range_below(step: float, inputs: InputKind) -> float:
+    """Return the frequency in rad/s up to which the sines of the mix reach the whole range."""
+    highest = highest_frequency(step)
+    return _tidy(highest / SLOW) if inputs == "rates" else highest
 
 
 def further_excitation(step: float, inputs: InputKind, turning: bool = False) -> list[KindTable]:
@@ -93,7 +116,7 @@ def further_excitation(step: float, inputs: InputKind, turning: bool = False) ->
     """
     if inputs not in ("moving", "rates") or turning:
         return []
-    top = _tidy(TOP * math.pi / step)
+    top = highest_frequency(step)
     wide, fast = (1 / RESONANT[1], 1.0) if inputs == "moving" else (1 / SLOW, 1 / FAST)
     low, slow = _tidy(top / 10**DECADES), _tidy(wide * top)
     longest = _tidy(SAMPLES_APART * step)
@@ -107,7 +130,9 @@ def further_excitation(step: float, inputs: InputKind, turning: bool = False) ->
     ]  # fmt: skip
 
 
-def _mixed(step: float, moving: bool, jumps: bool) -> list[KindTable]:
+def _mixed(
+    step: float, moving: bool, jumps: bool, resonances: tuple[float, float] | None
+) -> list[KindTable]:
     """Return the mix of noise, waves and steps.
 
     Inputs with a first-order hold are motions (``moving``), which hardly ever change at once: they
@@ -117,56 +142,95 @@ def _mixed(step: float, moving: bool, jumps: bool) -> list[KindTable]:
     at corners of the box of their ranges and inside of it. Frequencies are angular frequencies in
     rad/s, durations in s, amplitudes parts of the range.
     """
-    top = _tidy(TOP * math.pi / step)
+    top = highest_frequency(step)
     low = _tidy(top / 10**DECADES)
     middle = _tidy(math.sqrt(top * low))
     short, long = _tidy(5 * step), _tidy(math.pi / middle)
-    largest = 0.3 if moving and not jumps else 1.0
-    samples = [4, 20] if moving else [1, 20]
-    sines = 0.15 if moving else 0.1
-    steps = 0.05 if moving and not jumps else 0.1
-    slow_and_fast, resonant = (0.15, 0.1) if moving else (0.1, 0.05)
+    jumping = jumps or not moving
+    largest = 1.0 if jumping else 0.3
+    samples = [1, 20] if not moving else [4, 20]
     end = _tidy(top / RESONANT[1])
-    longest = long if moving and not jumps else _tidy(4 * long)
-    ends: KindTable = {
-        "kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]
-    }  # fmt: skip
-    stops: list[KindTable] = [
-        {"kind": "stops", "weight": 0.1, "amplitude": [0.1, 1.0],
-         "angular_frequency": [low, middle], "duration": [short, longest]}
+    resonant = [_tidy(end) for end in resonances or (top / RESONANT[0], end)]
+    longest = _tidy(4 * long) if jumping else long
+    at_once: list[KindTable] = [
+        {"kind": "steps", "weight": 0.1, "amplitude": [0.05, largest],
+         "duration": [short, longest]},
+        {"kind": "binary", "weight": 0.1, "amplitude": [0.5, 1.0], "duration": [short, longest]},
     ]  # fmt: skip
+    if moving and jumps:
+        at_once.append(
+            {"kind": "stops", "weight": 0.1, "amplitude": [0.1, 1.0],
+             "angular_frequency": [low, middle], "duration": [short, longest]}
+        )  # fmt: skip
+    if not jumping:
+        at_once = [
+            {"kind": "ramps", "weight": 0.05, "amplitude": [0.05, largest],
+             "duration": [short, longest]}
+        ]  # fmt: skip
     others: list[KindTable] = [
         {"kind": "filtered_random", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, top]},
-        {"kind": "multisine", "weight": sines, "amplitude": [0.05, 0.4],
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.05, 0.4],
          "angular_frequency": [low, middle]},
         {"kind": "multisine", "weight": 0.1, "amplitude": [0.02, 0.3],
          "angular_frequency": [middle, top]},
-        {"kind": "multisine", "weight": slow_and_fast, "amplitude": [0.1, 0.5],
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.05, 0.35],
+         "angular_frequency": [low, top], "components": PINK, "decades": True},
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.1, 0.5],
          "angular_frequency": [low, end], "components": [2, 4], "decades": True},
-        {"kind": "multisine", "weight": resonant, "amplitude": [0.1, 0.5],
-         "angular_frequency": [_tidy(top / RESONANT[0]), end], "components": [1, 3]},
+        {"kind": "multisine", "weight": 0.1, "amplitude": [0.1, 0.5],
+         "angular_frequency": resonant, "components": [1, 3]},
+        *_tones(low, top, (0.02, 1.0)),
+        {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 1.0],
+         "angular_frequency": [low, top], "decades": True},
         {"kind": "held_random", "weight": 0.15, "amplitude": [0.05, largest], "samples": samples},
-        {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.5],
-         "angular_frequency": [low, top]},
-        {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.5],
-         "angular_frequency": [low, top]},
-        {"kind": "ramps" if moving and not jumps else "steps", "weight": steps,
-         "amplitude": [0.05, largest], "duration": [short, longest]},
-        *([] if moving and not jumps else [ends]),
-        *(stops if moving and jumps else []),
+        *at_once,
         {"kind": "rest", "weight": 0.05, "amplitude": [0.05, largest], "duration": [short, long]},
     ]  # fmt: skip
     box: KindTable = {
         "kind": "box",
         "weight": BOX_WEIGHT,
         "duration": [long, _tidy(8 * long)],
-        "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(4 * long)],
+        "ramp": [_tidy(4 * step) if moving else _tidy(0.5 * step), _tidy(SLOWEST_RAMP * long)],
     }
-    rest = 1.0 - BOX_WEIGHT
-    if moving and jumps:  # more kinds share the same weight
-        rest /= 1.0 + JUMP_WEIGHT
-    return [*(_lighter(table, rest) for table in others), box]
+    return [*others, box]
+
+
+def _tones(low: float, high: float, amplitude: tuple[float, float]) -> list[KindTable]:
+    """Return lasting sines, slow and fast alike, about the middle of the range and elsewhere."""
+    smallest, largest = amplitude
+    sine: KindTable = {
+        "kind": "harmonic",
+        "weight": 0.15,
+        "amplitude": [smallest, largest],
+        "angular_frequency": [low, high],
+        "decades": True,
+    }
+    beside: KindTable = {
+        "weight": 0.1,
+        "amplitude": [smallest, 0.5 * largest],
+        "offset": [0.1, 0.5],
+    }
+    return [sine, {**sine, **beside}]
+
+
+def _in_band(band: tuple[float, float]) -> list[KindTable]:
+    """Return motions at working frequencies in rad/s, up to the whole range."""
+    low, high = (_tidy(end) for end in band)
+    sine, beside = _tones(low, high, (0.1, 1.0))
+    return [
+        {**sine, "decades": False},
+        {**beside, "decades": False},
+        {"kind": "multisine", "weight": 0.15, "amplitude": [0.1, 0.5],
+         "angular_frequency": [low, high], "components": [2, 4]},
+    ]  # fmt: skip
+
+
+def _sharing(tables: Sequence[KindTable], total: float) -> list[KindTable]:
+    """Return tables whose weights have the same ratios, and add up to a total."""
+    weights = [table["weight"] for table in tables]
+    part = total / math.fsum(weight for weight in weights if isinstance(weight, float))
+    return [_lighter(table, part) for table in tables]
 
 
 def _lighter(table: KindTable, part: float) -> KindTable:
@@ -182,7 +246,7 @@ def _smooth(step: float) -> list[KindTable]:
     A jump within a sample, or a wide motion at the highest frequency, would have rates far beyond
     those of real dampers.
     """
-    top = _tidy(TOP * math.pi / step)
+    top = highest_frequency(step)
     low, slow, fast = (_tidy(top / part) for part in (10**DECADES, SLOW, FAST))
     middle = _tidy(math.sqrt(top * low))
     long = _tidy(math.pi / middle)
@@ -197,10 +261,11 @@ def _smooth(step: float) -> list[KindTable]:
          "angular_frequency": [slow, fast], "components": [1, 3]},
         {"kind": "sweep", "weight": 0.1, "amplitude": [0.02, 0.1],
          "angular_frequency": [low, fast]},
-        {"kind": "harmonic", "weight": 0.05, "amplitude": [0.02, 0.2],
-         "angular_frequency": [low, fast]},
+        *_tones(low, slow, (0.02, 1.0)),
+        {"kind": "harmonic", "weight": 0.1, "amplitude": [0.02, 0.2],
+         "angular_frequency": [slow, fast]},
         {"kind": "box", "weight": BOX_WEIGHT, "duration": [long, _tidy(8 * long)],
-         "ramp": [_tidy(RAMP * step), _tidy(4 * long)]},
+         "ramp": [_tidy(RAMP * step), _tidy(SLOWEST_RAMP * long)]},
     ]  # fmt: skip
 
 

@@ -79,7 +79,7 @@ def test_export_of_something_else_is_refused() -> None:
 
 SMALL = {
     "window": {"n_in": 90, "n_out": 30},
-    "data": {"train": 4, "validation": 2, "duration": 4.0, "burn_in": 1.0},
+    "data": {"train": 8, "validation": 2, "duration": 4.0, "burn_in": 1.0},
     "network": {"order": 2, "hidden": 4},
     "training": {
         "starts": 1, "iterations": 20,

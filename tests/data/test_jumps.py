@@ -12,7 +12,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slide_fmu.core.signals import FloatArray, Hold
-from slide_fmu.data.draws import TEST, Draw, Stream, draw, drawn_outputs, shortened
+from slide_fmu.data.draws import (
+    TEST,
+    Draw,
+    Stream,
+    draw,
+    drawn_outputs,
+    shortened,
+    split_stream,
+)
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.base import Finer, System
@@ -131,6 +139,25 @@ def test_recipe_without_jumps_draws_the_same_samples(model: Path) -> None:
     np.testing.assert_array_equal(with_jumps.inputs, without.inputs)
     assert without.jumps is None
     assert with_jumps.jumps is not None
+
+
+@pytest.mark.parametrize(
+    ("split", "jumping"),
+    [
+        ("train", False),
+        ("validation", False),
+        ("companion", False),
+        ("bound", True),
+        ("calibration", True),
+    ],
+)
+def test_jumps_are_straight_lines_where_networks_learn(
+    model: Path, split: str, jumping: bool
+) -> None:
+    """The time of a jump would be noise to them; a bound must know what it costs."""
+    made = recipe(model, jumps=True)
+    one = draw(made, case_of(made).system, split_stream(made, split, 0), 0)
+    assert (one.jumps is not None) is jumping
 
 
 def test_sines_do_not_jump(model: Path) -> None:

@@ -40,6 +40,16 @@ OF_ONE_INPUT: dict[str, tuple[dict[str, Any], str]] = {
         {"angular_frequency": [5.0, 5.0]},
         "force is a lasting sine of 5 rad/s with an amplitude of 2 N",
     ),
+    "harmonic about an offset": (
+        {"angular_frequency": [2.0, 5.0], "decades": True, "offset": [0.5, 1.0]},
+        "force is a lasting sine of 2 to 5 rad/s, slow ones as often as fast ones, with an "
+        "amplitude of 2 N, about an offset of 1 to 2 N",
+    ),
+    "sweep through octaves": (
+        {"angular_frequency": [5.0, 60.0], "decades": True},
+        "force is a sine that sweeps from 5 to 60 rad/s, or back, as long through each octave, "
+        "with an amplitude of 2 N",
+    ),
     "sweep": (
         {"amplitude": [0.5, 1.0], "angular_frequency": [5.0, 60.0]},
         "force is a sine that sweeps from 5 to 60 rad/s, or back, with an amplitude of 1 to 2 N",

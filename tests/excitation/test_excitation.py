@@ -188,6 +188,45 @@ def test_filtered_random_has_unit_rms_and_falls_beyond_its_corner() -> None:
     assert 20 < low / high < 400
 
 
+def test_sines_by_decades_are_slow_as_often_as_fast() -> None:
+    time = np.arange(4096) * 0.01
+    found = []
+    for seed in range(200):
+        kind = kind_of("harmonic", angular_frequency=[1.0, 100.0], decades=True)
+        values = kind.signal(time, np.random.default_rng(seed))
+        found.append(frequency_of(values, 0.01))
+    assert 0.4 < np.mean(np.array(found) < 10.0) < 0.6
+    assert max(found) > 70.0
+
+
+def frequency_of(values: FloatArray, step: float) -> float:
+    """The angular frequency in rad/s of a sine, by its second differences."""
+    bend = np.dot(values[1:-1], values[2:] + values[:-2]) / np.dot(values[1:-1], values[1:-1])
+    return float(np.arccos(np.clip(0.5 * bend, -1, 1)) / step)
+
+
+def test_sweep_by_decades_takes_as_long_through_each_octave() -> None:
+    time = np.linspace(0.0, 40.0, 40001)
+    kind = kind_of("sweep", angular_frequency=[1.0, 64.0], decades=True)
+    middles = []
+    for seed in range(6):
+        values = kind.signal(time, np.random.default_rng(seed))
+        middles.append(frequency_of(values[19950:20051], 0.001))
+        ends = [frequency_of(values[:2001], 0.001), frequency_of(values[-2001:], 0.001)]
+        assert sorted(ends) == pytest.approx([1.0, 64.0], rel=0.25)  # it moves by 23 % there
+    assert middles == pytest.approx([8.0] * 6, rel=0.05)
+
+
+def test_offset_of_any_kind_moves_its_middle() -> None:
+    time = np.arange(4000) * 0.01
+    kind = kind_of(
+        "harmonic", angular_frequency=[5.0, 6.0], amplitude=[0.2, 0.3], offset=[0.4, 0.5]
+    )
+    middles = [np.mean(kind.scaled(time, np.random.default_rng(seed))) for seed in range(20)]
+    assert all(0.38 < abs(middle) < 0.52 for middle in middles)
+    assert min(middles) < 0 < max(middles)
+
+
 def test_sweep_crosses_its_range_in_both_directions() -> None:
     rising, fine = 0, STEP / 10 * np.arange(10 * len(TIME))
     for seed in range(20):

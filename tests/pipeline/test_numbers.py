@@ -29,7 +29,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from tests.data.test_generation import Inline
 from tests.fmu.samples import sum_surrogate
 from tests.progress import no_stages, silent
-from tests.recipes import TINY
+from tests.recipes import TINY, tiny_state_space_recipe
 from tests.refusals import refused
 from tests.trajectories import read_split
 
@@ -244,19 +244,39 @@ def bounded_text() -> str:
 
 
 @pytest.mark.parametrize(
-    ("cost", "expected"),
+    ("cost", "kinds", "expected"),
     [
-        (0.01, (6, 200, 100)),  # 306 of them take 3 s
-        (0.4, ("train", 100, 100)),  # 306 would take 122 s
-        (0.5, ("train", 80, 100)),
-        (5.0, ("train", 30, 100)),
-        (60.0, ("train", 30, 60)),
+        (0.01, 1, (6, 200, 100)),  # 306 of them take 3 s
+        (0.01, 14, (6, 280, 504)),  # 36 of each kind calibrate the bound
+        (0.1, 14, ("train", 214, 385)),  # 790 would take 79 s
+        (0.4, 1, ("train", 100, 100)),  # 306 would take 122 s
+        (0.5, 1, ("train", 80, 100)),
+        (5.0, 14, ("train", 30, 100)),
+        (60.0, 14, ("train", 30, 60)),
     ],
 )
 def test_dear_simulations_are_fewer_for_the_bound(
-    cost: float, expected: tuple[int | str, int, int]
+    cost: float, kinds: int, expected: tuple[int | str, int, int]
 ) -> None:
-    assert numbers.numbers_of_bound(6, cost) == expected
+    assert numbers.numbers_of_bound(6, cost, kinds) == expected
+
+
+def test_calibration_with_few_trajectories_of_each_kind_is_said() -> None:
+    kinds = [
+        {"kind": "held_random", "weight": 1.0},
+        {"kind": "rest", "weight": 9, "duration": (1, 2)},
+    ]
+    many, few = (
+        tiny_state_space_recipe(
+            bound={"expert": {"long_span": 0.2}}, data={"calibration": count, "excitation": kinds}
+        )
+        for count in (72, 71)
+    )
+    assert numbers.too_few_of_a_kind(many) is None
+    said = numbers.too_few_of_a_kind(few)
+    assert said is not None
+    assert "by 71 trajectories, 35 of each of 2 kinds" in said
+    assert "less than 92 %, which takes 36 of each (data.calibration = 72)" in said
 
 
 def test_numbers_of_a_bound_follow_from_the_time_of_a_simulation_once(

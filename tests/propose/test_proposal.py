@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
 from slide_fmu.propose import first_look
-from slide_fmu.propose.draft_signals import parse_range
+from slide_fmu.propose.draft_signals import parse_band, parse_range
 from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import RecipeError
@@ -84,6 +85,77 @@ def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
     assert recipe.data.jumps is jumps
     assert ("\n# jumps = true\n" in found.text) is not jumps
     assert ("stops" in {kind.kind for kind in recipe.data.excitation}) is jumps
+
+
+SPRING = '''
+"""A mass on a spring, with its resonance at 1.59 Hz."""
+
+inputs = {"force": "N"}
+outputs = {"position": "m"}
+start = [0.0, 0.0]
+
+
+def f(x, u, p):
+    return [x[1], u[0] - 2.0 * x[1] - 100.0 * x[0]]
+
+
+def g(x, u, p):
+    return [x[0]]
+'''
+
+
+@pytest.fixture
+def spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(first_look, "SAMPLES", 200)
+    path = tmp_path / "spring.py"
+    path.write_text(SPRING)
+    return path
+
+
+def frequencies(text: str) -> list[tuple[float, ...]]:
+    kinds = parse_open_recipe(text, "proposal").guess.data.excitation
+    return [getattr(kind, "angular_frequency", ()) for kind in kinds]
+
+
+def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None:
+    found = propose(InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02), silent)
+    assert "among them tones that last at 1.5" in " ".join(found.text.replace("#", "").split())
+    (near,) = [ends for ends in frequencies(found.text) if ends[:1] == (6.9,)]
+    assert near[1] == pytest.approx(14.0, rel=0.03)
+    assert not [one for one in found.remarks if "--band" in one]
+
+
+def test_proposal_asks_for_working_frequencies_where_rates_limit_the_sines(spring: Path) -> None:
+    spring.write_text(
+        SPRING.replace("u, p):\n    return [x[1], u[0]", "u, p, du):\n    return [x[1], du[0]")
+    )
+    options = InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02)
+    (remark,) = [one for one in propose(options, silent).remarks if "--band" in one]
+    assert remark.startswith("sines reach through the whole range up to 0.939 Hz, and a part")
+    asked = propose(replace(options, band=(1.0, 2.0)), silent)
+    assert not [one for one in asked.remarks if "--band" in one]
+
+
+def test_proposal_for_a_working_band_has_motions_there(spring: Path) -> None:
+    options = InitOptions(
+        str(spring), {"force": (-2.0, 2.0)}, step=0.02, band=parse_band("3..6.5")
+    )
+    found = propose(options, silent)
+    assert frequencies(found.text).count((19.0, 41.0)) == 3
+    assert not [one for one in found.remarks if "--band" in one]
+
+
+def test_band_of_which_the_step_has_too_few_samples_is_refused(spring: Path) -> None:
+    options = InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02, band=(3.0, 20.0))
+    with refused(RecipeError, "--band 3..20", "2.5 samples in a period", "--step 0.005"):
+        propose(options, silent)
+
+
+@pytest.mark.parametrize("text", ["", "3", "6..3", "0..5", "1..inf", "a..b"])
+def test_band_that_is_none_is_refused(text: str) -> None:
+    with refused(RecipeError, f"--band {text}", "two positive frequencies in Hz"):
+        parse_band(text)
 
 
 @pytest.mark.extended

@@ -1,0 +1,65 @@
+"""A first recipe drives a machine near its resonances, and at its working frequencies."""
+
+from __future__ import annotations
+
+import math
+
+from slide_fmu.memory.bandwidth import OWN_SAMPLES, tidy_step
+from slide_fmu.propose.first_look import FirstLook
+from slide_fmu.recipe.default_excitation import InputKind, full_range_below, highest_frequency
+from slide_fmu.recipe.recipe import RecipeError
+
+NEAR = (0.7, 1.4)
+"""Frequencies between the first part of the lowest resonance and the second of the highest one are
+near them."""
+SINES: tuple[InputKind, ...] = ("held", "moving", "rates")
+"""Kinds of inputs that the mix moves in sines."""
+
+
+def require_sines(band: tuple[float, float], kind: InputKind) -> None:
+    """Refuse working frequencies of inputs that move within limits of their speed instead."""
+    if kind not in SINES:
+        raise RecipeError(
+            f"--band {band[0]:g}..{band[1]:g}, but the inputs are set points of drives or an "
+            "angle, whose limits of speed say how fast they move; expected other inputs: leave it "
+            "out, and correct speed and acceleration in the recipe"
+        )
+
+
+def require_resolved(band: tuple[float, float] | None, step: float) -> None:
+    """Refuse working frequencies in Hz of which a step in s has too few samples in a period."""
+    if band is None or in_rad(*band)[1] <= highest_frequency(step):
+        return
+    finer = tidy_step(1.0 / (OWN_SAMPLES * band[1]))
+    raise RecipeError(
+        f"--band {band[0]:g}..{band[1]:g} with a sample step of {step:g} s, which has "
+        f"{1.0 / (band[1] * step):.2g} samples in a period; expected more than six: give a finer "
+        f"step too, --step {finer:g}"
+    )
+
+
+def remarks_on_frequencies(
+    band: tuple[float, float] | None, seen: FirstLook, kind: InputKind
+) -> list[str]:
+    """Say that the mix may reach little where the machine works, if it does."""
+    whole = full_range_below(seen.step, kind)
+    if band is not None or kind not in SINES or whole == highest_frequency(seen.step):
+        return []
+    return [
+        f"sines reach through the whole range up to {whole / (2 * math.pi):.3g} Hz, and a part of "
+        "it above. Does your machine work at known frequencies? --band LOW..HIGH, in Hz, adds "
+        "motions there, up to the whole range"
+    ]
+
+
+def near_resonances(seen: FirstLook, step: float) -> tuple[float, float] | None:
+    """Return frequencies in rad/s from near the lowest resonance to near the highest one."""
+    if not seen.resonances:
+        return None
+    low, high = in_rad(NEAR[0] * min(seen.resonances), NEAR[1] * max(seen.resonances))
+    return low, max(low, min(high, highest_frequency(step)))
+
+
+def in_rad(low: float, high: float) -> tuple[float, float]:
+    """Return frequencies in Hz as angular frequencies in rad/s."""
+    return 2 * math.pi * low, 2 * math.pi * high

@@ -29,7 +29,7 @@ n_in = 96
 n_out = 32
 
 [data]
-seed = 5
+seed = 7
 """
 
 

@@ -33,7 +33,8 @@ from slide_fmu.recipe.reading import load_recipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.learning_sections import sizing_section
 from slide_fmu.report.learning_tables import decay_table
-from slide_fmu.systems.base import Linearization, State
+from slide_fmu.systems.base import Linearization, Motion, State
+from slide_fmu.systems.simulation import states_along
 from tests.figures import filled
 from tests.marks import first
 from tests.recipes import TINY, tiny_recipe
@@ -400,7 +401,7 @@ def test_motions_are_as_many_and_as_long_as_window_and_decay_ask(
 def test_states_along_a_motion_are_those_after_every_stride_th_sample() -> None:
     system, inputs = LinearOscillator(damping=8.0, step=0.03), np.full((7, 1), 900.0)
     start = system.rest_state(np.zeros(1))
-    found = motions._states_along(system, start, inputs, 3)
+    (found,) = states_along(system, [Motion(inputs, start)], 3)
     system.set_state(start)
     states = []
     for row in inputs:

@@ -99,10 +99,11 @@ class MoveProblem:
                 )
         for name, values in points:
             if not np.isfinite(values).all():
-                raise MotionError(f"{name} is {list(values)}; expected finite numbers: correct it")
+                found = values.tolist()
+                raise MotionError(f"{name} is {found}; expected finite numbers: correct it")
         for name, values in [*sizes, ("tolerance", np.array([self.tolerance]))]:
             if not (np.asarray(values) > 0).all():
-                raise MotionError(f"{name} is {list(values)}; expected more than 0: correct it")
+                raise MotionError(f"{name} is {values.tolist()}; expected more than 0: correct it")
 
     def _require_range(self) -> None:
         """Refuse a curve that leaves the ranges between its points."""

@@ -12,7 +12,7 @@ import torch
 from slide_fmu.fitting.state_space import sizes
 from slide_fmu.fitting.state_space.fit import ROUND, compete
 from slide_fmu.fitting.state_space.sizes import SizeChoice, choose_sizes, orders_to_try
-from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 LINEAR = {1: 0.5, 2: 0.2, 3: 0.15, 4: 0.1, 5: 0.1, 6: 0.0999, 7: 0.0999, 8: 0.0999, 9: 0.3}
 """Errors of linear models by their orders: four states do as well as more."""
@@ -89,9 +89,13 @@ def test_linear_models_of_more_states_do_not_raise_a_known_order(
     assert (chosen.order, chosen.n_units) == (order, sizes.FIRST_UNITS)
 
 
+def shape_of(order: int, units: int) -> Any:
+    return SimpleNamespace(n_units=units, n_states=order)
+
+
 def sized(order: int, error: float = 1.0) -> Any:
     """A network with so many states."""
-    return SimpleNamespace(shape=SimpleNamespace(n_units=16, n_states=order), error=error)
+    return SimpleNamespace(shape=shape_of(order, 16), error=error)
 
 
 class Runs:
@@ -100,8 +104,14 @@ class Runs:
     def __init__(self, first: dict[int, float], again: list[float], iterations: int = 60) -> None:
         self.training = LeastSquaresRecipe(iterations=iterations)
         self.ledger = SimpleNamespace(plan=lambda iterations: None)
+        self.network = StateSpaceRecipe(family="state_space", order="auto", hidden="auto")
+        self.told: list[Any] = []
+        self.problem = SimpleNamespace(sized=lambda table: self.told.append(table.order))
         self.first, self.again = first, iter(again)
         self.done: list[tuple[int, str, int | None]] = []
+
+    def shape(self, order: int, units: int) -> Any:
+        return shape_of(order, units)
 
     def dense_units(self, order: int, units: int) -> int:
         return units
@@ -153,3 +163,4 @@ def test_network_that_uses_more_states_already_is_refined_alone() -> None:
     runs = Runs({6: 1.0}, [])
     assert runs.compete(0.9).shape.n_states == 6
     assert len(runs.done) == 1
+    assert runs.told == [6 - runs.network.padding]  # whoever waits for the sizes can begin

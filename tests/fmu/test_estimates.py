@@ -24,6 +24,9 @@ SHAPES = {
     "one_position": dataclasses.replace(LONG, positions=1, hold="first_order"),
     "cell": dataclasses.replace(LONG, cell=CellShape(contraction=0.9), hold="first_order"),
     "chain": dataclasses.replace(LONG, features="chain", positions=7),
+    "forecast": dataclasses.replace(
+        LONG, positions=4, narrow=True, hold="first_order", forecasts=True
+    ),
 }
 PATTERNS: dict[str, list[float]] = {
     "single": [1] * 120,

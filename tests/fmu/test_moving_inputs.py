@@ -14,6 +14,7 @@ import pytest
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.any_step import ESTIMATE_TOLERANCE, LASTING, NAMES, PATTERNS, SHAPES, go, n_phases
 from tests.fmu.derivatives import ROUNDED, derivative, surrogate_of
@@ -35,6 +36,17 @@ STEPS = 36
 
 def moving(shape: Shape) -> Surrogate:
     return forecasting(random_surrogate(dataclasses.replace(shape, hold="first_order")))
+
+
+def with_constant_outputs(surrogate: Surrogate) -> Surrogate:
+    """The same but for its outputs, which no input changes."""
+    network = surrogate.network
+    assert isinstance(network, FeedForward)
+    last = network.layers[-1]
+    constant = dataclasses.replace(last, weights=np.zeros_like(last.weights))
+    layers = (*network.layers[:-1], constant)
+    network = FeedForward(layers, network.n_samples, network.features)
+    return dataclasses.replace(surrogate, network=network)
 
 
 def outputs_of(
@@ -72,6 +84,28 @@ def test_step_gives_the_window_of_the_true_past_and_of_the_forecast(
         # what forecasts changed lately adds to them: test_error_bounds.py says how
         assert estimates is not None
         assert np.all(found[k, n:] > (1 - ESTIMATE_TOLERANCE) * estimates)
+
+
+@pytest.mark.parametrize("means", [False, True])
+@pytest.mark.parametrize("length", [1.0, 2.0, 0.6])
+def test_estimate_is_that_of_the_true_past_and_of_the_forecast(
+    load: Load, length: float, means: bool
+) -> None:
+    """Of samples outside what the estimator knows, too. The outputs are constant, so that no
+    forecast changes them and adds to the estimates."""
+    shape = Shape(n_inputs=2, n_outputs=2, positions=3, means=means)
+    surrogate = with_constant_outputs(moving(shape))
+    assert surrogate.estimator is not None
+    known = np.array([[-0.5, -0.5], [0.5, 0.5]], np.float32)  # of the scaled inputs
+    estimator = dataclasses.replace(surrogate.estimator, ranges=known)
+    surrogate = dataclasses.replace(surrogate, estimator=estimator)
+    largest = 10**estimator.log_error.high
+    rows, oracle = moving_inputs(surrogate, 2 * STEPS), MovingOracle(surrogate)
+    found = outputs_of(load(surrogate).instance().start(), surrogate, [length] * len(rows), rows)
+    expected = np.array([oracle.step(length * STEP, row).results()[1] for row in rows])
+    np.testing.assert_allclose(found[:, 2:], expected, rtol=ESTIMATE_TOLERANCE)
+    n_unknown = np.rint((expected / surrogate.output_scaling.scale / largest) ** 2 * 3)
+    assert set(n_unknown.ravel()) == {0, 1, 2, 3}  # of the three samples of an estimate
 
 
 def test_step_gives_what_a_record_gives_that_ends_with_the_forecast(load: Load) -> None:

@@ -92,7 +92,8 @@ MODULES = {
     ),
     "estimate in C": Module(
         (f"{RUNTIME}/network/estimate.c",),
-        ("tests/fmu/test_ranges.py", "tests/fmu/test_estimates.py", "tests/fmu/test_runtime.py"),
+        ("tests/fmu/test_ranges.py", "tests/fmu/test_estimates.py", "tests/fmu/test_runtime.py",
+         "tests/fmu/test_moving_inputs.py"),
     ),
 }  # fmt: skip
 

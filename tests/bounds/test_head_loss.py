@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
+from slide_fmu.bounds import error_bound
 from slide_fmu.bounds.error_bound import (
     DOUBT_MARGIN,
     MOST_DOUBT,
     _objective,
     doubt_of,
+    fit_head,
     scaling_of_statistics,
 )
 from slide_fmu.bounds.judge import span_factors
+from slide_fmu.bounds.observations import Observations
+from slide_fmu.core.signals import Hold
+from slide_fmu.fitting.history import History
+from slide_fmu.fitting.windows import WindowData
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.network.feed_forward.network import FeedForward
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.error_bound import BoundRecipe
 from tests.fmu.samples import CellShape, Shape, random_surrogate
+from tests.progress import no_stages
+from tests.refusals import refused
 
 FMUS = Path(__file__).parents[2] / "fmus"
 
@@ -143,3 +155,120 @@ def test_doubt_has_a_most_and_is_zero_without_a_response() -> None:
         network.turned,
     )
     assert doubt_of(silent) == 0
+
+
+@pytest.mark.parametrize(("hold", "doubt"), [("zero_order", 0.5), ("first_order", 0.0)])
+def test_inputs_that_are_held_have_the_doubt_of_the_companion(
+    hold: Hold, doubt: float, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of moving inputs the FMU measures itself what is between samples."""
+    surrogate: Any = random_surrogate(Shape(hold=hold, cell=CellShape()))
+    companion: Any = object()
+    parts: Any = [SimpleNamespace(kinds=None)] * 2
+    known: dict[str, Any] = {}
+
+    class Judge:
+        history = "the head's"
+
+        def error_bound(self, *given: Any) -> Any:
+            names = "companion", "blocks", "estimator", "tolerances", "doubt"
+            known.update(zip(names, given, strict=True))
+            return "a bound"
+
+    monkeypatch.setattr(error_bound, "observed", lambda *given: given)
+    monkeypatch.setattr(error_bound, "require_finite", lambda *_: None)
+    monkeypatch.setattr(error_bound, "fit_judge", lambda *_: Judge())
+    monkeypatch.setattr(error_bound, "tolerances_of", lambda _, share: share)
+    monkeypatch.setattr(error_bound, "doubt_of", lambda of: 0.5 if of is companion else None)
+    recipe = BoundRecipe()
+    found = error_bound.fit_bound(
+        surrogate, companion, parts, recipe, tmp_path, torch.device("cpu"), no_stages
+    )
+    assert found == ("a bound", "the head's")
+    assert known["doubt"] == doubt
+    assert known["tolerances"] == recipe.false_alarms
+    assert known["companion"] is companion
+
+
+def test_statistic_that_moves_little_about_a_negative_mean_is_rounding_too() -> None:
+    """The largest size decides, of whichever sign, and not the smallest."""
+    noise = np.random.default_rng(1).normal(size=100)
+    statistics = np.stack([-100 + 1e-6 * noise, 2e-6 * noise, 0.01 * noise], axis=1)
+    scaling = scaling_of_statistics(statistics)
+    assert scaling.scale == pytest.approx([1.0, statistics[:, 1].std(), statistics[:, 2].std()])
+    np.testing.assert_allclose(scaling.offset, statistics.mean(axis=0))
+
+
+SIZES = np.array([0.125, 2.0])
+"""Of the errors of two outputs."""
+
+
+def learnable(seed: int, trajectories: int) -> Observations:
+    """Errors of two outputs that grow by a factor of 16 with the first statistic."""
+    rng = np.random.default_rng(seed)
+    statistics = rng.uniform(-1, 1, (trajectories, 40, 3))
+    growing = SIZES * 2.0 ** (2 * statistics[:, :, :1])
+    errors = np.abs(growing * rng.normal(size=(trajectories, 40, 2)))
+    nothing = np.zeros((trajectories, 40, 0))
+    return Observations(statistics, nothing, nothing, errors)
+
+
+def head_of(
+    learnt: list[Observations], folder: Path, span: float | None = None
+) -> tuple[FeedForward, History]:
+    expert = {"hidden": (6,), "steps": 300, "batch": 64, "learning_rate": 0.02}
+    recipe = BoundRecipe.model_validate({"estimate_span": span, "expert": expert})
+    cpu = torch.device("cpu")
+    return fit_head(learnt, recipe, folder / "head.pt", cpu, lambda *_, **__: None)
+
+
+def test_head_learns_where_errors_of_each_output_are_large(tmp_path: Path) -> None:
+    """It gives the logarithms of the quantile of 95 %, and then of the RMS of the errors."""
+    head, _ = head_of([learnable(1, 60)], tmp_path, span=0.5)
+    at = np.zeros((3, 1, 3))
+    at[:, 0, 0] = -0.8, 0.0, 0.8
+    sizes = SIZES * 2.0 ** (2 * at[:, :, 0])
+    expected = np.log2(np.concatenate([1.96 * sizes, sizes], axis=1))
+    found = head.evaluate(at).reshape(3, 4).astype(float)
+    np.testing.assert_allclose(found, expected, atol=0.35)
+
+
+def test_head_without_a_span_has_scales_alone(tmp_path: Path) -> None:
+    head, _ = head_of([learnable(1, 20)], tmp_path)
+    assert head.evaluate(np.zeros((1, 1, 3))).shape[-1] == 2
+
+
+def test_a_tenth_of_each_mix_of_trajectories_selects_the_weights(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Errors of all mixes are relative to those of the first."""
+    seen: list[WindowData] = []
+
+    class Stop(Exception):
+        pass
+
+    def train(module: Any, training: WindowData, validation: WindowData, *_: Any) -> Any:
+        seen.extend([training, validation])
+        raise Stop
+
+    monkeypatch.setattr(error_bound, "train", train)
+    first, further = learnable(1, 20), learnable(2, 4)
+    with pytest.raises(Stop):
+        head_of([first, further], tmp_path)
+    assert [part.n_windows for part in seen] == [40 * (18 + 3), 40 * (2 + 1)]
+    usual = np.quantile(first.errors.reshape(-1, 2), 0.95, axis=0)
+    for part, kept in zip(seen, (slice(2, None), slice(0, 2)), strict=True):
+        ends = slice(1, None) if kept.start == 2 else slice(0, 1)
+        errors = np.concatenate(
+            [first.errors[kept].reshape(-1, 2), further.errors[ends].reshape(-1, 2)]
+        )
+        inputs, targets = part.cut(torch.arange(part.n_windows))
+        np.testing.assert_allclose(targets.numpy(), errors / usual, rtol=1e-5)
+        assert inputs.shape[:2] == (len(errors), 1)
+
+
+def test_surrogate_without_errors_is_refused_by_the_output(tmp_path: Path) -> None:
+    exact = learnable(1, 20)
+    exact.errors[:, :, 1] = 0.0
+    with refused(ValueError, "no error in output 1 ", "remove the table [bound]"):
+        head_of([exact], tmp_path)

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain, read_figures
+from slide_fmu.surrogate.input_forecast import InputForecast
+from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.comparison import Comparison
 from slide_fmu.validation.error_figures import ValidationFigures
 from slide_fmu.validation.task import Task
@@ -164,3 +166,66 @@ def test_error_of_free_runs_is_that_of_the_trajectories_that_have_one() -> None:
     first, second = validation(free, TWO).figures().outputs
     assert first.free_relative_rmse == pytest.approx(2.0 / DEVIATION)
     assert second.free_relative_rmse == pytest.approx(0.5 / DEVIATION)
+
+
+def planned_surrogate() -> Surrogate:
+    """Its inputs are known ahead."""
+    signals = tuple(replace(one, hold="first_order") for one in surrogate_of().inputs)
+    return replace(surrogate_of(), inputs=signals, forecast=InputForecast(planned=True))
+
+
+def test_estimates_of_planned_motions_are_scored_in_both_calls() -> None:
+    """Of other moving inputs nothing is known ahead: the plain call alone is what users get."""
+    late = estimated([[3.0, 0.2], [3.0, 0.2]], [[1.0, 0.1], [2.0, 0.1]])
+    both = replace(estimated([[1.5, 0.1]], [[1.0, 0.1]]), plain=late)
+    alone = estimated([[1.0, 0.1]], [[1.0, 0.1]])
+    found = validation(both, alone, surrogate=planned_surrogate()).figures().error_estimate
+    assert [one.mean for one in found.without_floor] == pytest.approx([0.25, 0.0])
+    assert [one.mean for one in found.plain] == pytest.approx([(2.0 + 0.5) / 2, 1.0])
+    assert [one.name for one in found.plain] == ["y0", "y1"]
+    without = validation(alone, surrogate=planned_surrogate()).figures().error_estimate
+    assert without.plain == ()
+    moving = validation(both, alone).figures().error_estimate
+    assert [one.mean for one in moving.without_floor] == pytest.approx([2.5 / 3, 2 / 3])
+    assert moving.plain == ()
+
+
+def test_noise_floor_is_relative_to_what_the_output_moves() -> None:
+    assert validation(ONE, TWO).figures().outputs[0].relative_noise_floor is None
+    first, second = validation(ONE, TWO, noise=np.array([0.7, 1.4])).figures().outputs
+    assert first.relative_noise_floor == pytest.approx(0.7 / DEVIATION)
+    assert second.relative_noise_floor == pytest.approx(1.4 / DEVIATION)
+
+
+def test_error_of_the_plain_call_is_that_of_the_motions_that_have_one() -> None:
+    late = replace(ONE, surrogate=ONE.reference + np.array([[2.0, 0.5]]))
+    first, second = validation(replace(ONE, plain=late), TWO).figures().outputs
+    assert first.plain_relative_rmse == pytest.approx(2.0 / DEVIATION)
+    assert second.plain_relative_rmse == pytest.approx(0.5 / DEVIATION)
+    assert validation(ONE, TWO).figures().outputs[0].plain_relative_rmse is None
+
+
+def test_usual_level_is_the_error_that_nineteen_of_twenty_samples_stay_below() -> None:
+    errors = np.arange(21.0)[:, None] * np.array([1.0, -2.0])
+    found = validation(comparison(errors[::-1].tolist()))
+    assert found.usual_error() == pytest.approx([19.0, 38.0])
+    assert [one.usual_level for one in found.figures().outputs] == pytest.approx([19.0, 38.0])
+
+
+@pytest.mark.parametrize(("motions", "each"), [(1, 1), (3, 1), (10, 5), (24, 12), (40, 12)])
+def test_further_kinds_have_as_many_motions_as_each_kind_in_range(motions: int, each: int) -> None:
+    """The recipe has two kinds; more than twelve of one tell no more."""
+    assert validation(*[ONE] * motions).each == each
+
+
+def test_motions_are_in_range_where_nothing_is_changed() -> None:
+    assert not validation(ONE).in_range  # its amplitude is 1 to 2
+    assert validation(ONE, task=Task(5)).in_range
+    assert not validation(ONE, task=Task(5, held_out=True)).in_range
+
+
+def test_fmu_of_records_alone_is_timed() -> None:
+    records = replace(ONE, step_seconds=(np.array([2e-6, 4e-6, 9e-6]), np.empty(0)))
+    timing = validation(records).figures().timing
+    assert timing.fmu_step_us == pytest.approx(4.0)
+    assert (timing.reference_step_us, timing.speed) == (None, None)

@@ -107,3 +107,36 @@ def test_all_that_stands_beside_a_sample_is_left_out_with_it() -> None:
     for name, values in arrays.items():
         np.testing.assert_array_equal(getattr(cut, name), values[2:])
     assert cut.plain is None
+
+
+@pytest.mark.parametrize(("first", "left"), [(0, 4), (3, 1), (4, None), (9, None)])
+def test_bound_counts_where_a_sample_is_left_from_the_first_on_that_fills_it(
+    first: int, left: int | None
+) -> None:
+    found = replace(SECOND, first_trusted=first).where_trusted()
+    if left is None:
+        assert found is None
+    else:
+        assert found is not None
+        assert found.trust is not None
+        assert (len(found.time), len(found.trust.novelty), found.first_trusted) == (left, left, 0)
+        assert SECOND.trust is not None
+        np.testing.assert_array_equal(found.trust.bounds, SECOND.trust.bounds[first:])
+    assert replace(SECOND, trust=None, first_trusted=first).where_trusted() is None
+
+
+def test_tolerances_are_those_of_the_motions_that_have_a_bound() -> None:
+    """None is given where no motion is long enough for the bound to count."""
+    bare = replace(FIRST, trust=None)
+    assert tolerant(bare, THIRD).figures().tolerances == tolerant(THIRD).figures().tolerances
+    short = replace(THIRD, first_trusted=4)
+    assert tolerant(short, FIRST).figures().tolerances == tolerant(FIRST).figures().tolerances
+    assert tolerant(bare, short).figures().tolerances == ()
+
+
+def test_outputs_out_of_range_are_not_trusted_whatever_the_tolerances_are() -> None:
+    found = tolerant(FIRST, THIRD)
+    ranges = np.array([[-3.0, 20.0], [-9.0, 20.0]])  # the references are 3 and -4 in turns
+    strayed = replace(found, surrogate=replace(found.surrogate, output_ranges=ranges))
+    assert all(row.tolerances is not None for row in found.figures().tolerances)
+    assert {row.tolerances for row in strayed.figures().tolerances} == {None}

@@ -17,11 +17,11 @@ from slide_fmu.fmu.export import export_fmu, read_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
-from slide_fmu.validation import smooth_inputs
+from slide_fmu.validation import smooth_inputs, speed, tones
 from slide_fmu.validation.calls import ErrorLevels, MeasuredMotion
 from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
-from slide_fmu.validation.row import ALL, SMOOTH, Call, Row, row_at
+from slide_fmu.validation.row import ALL, AS_SET, CONSTANT, SMOOTH, TONES, Call, Row, row_at
 from slide_fmu.validation.smooth_inputs import (
     STEPS,
     Sines,
@@ -43,8 +43,10 @@ Case = tuple[Path, Validation, tuple[Row, ...]]
 
 @pytest.fixture(scope="module")
 def few_smooth() -> Iterator[None]:
-    """Few trajectories of smooth inputs: they take most time."""
+    """Few trajectories, one band of tones and no search for a speed: these take most time."""
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tones, "COLUMNS", 1)
+        patch.setattr(speed, "LONGEST", 0.0)
         patch.setattr(smooth_inputs, "TRAJECTORIES", FEW)
         yield
 
@@ -161,13 +163,13 @@ def test_finest_model_that_says_itself_that_inputs_are_held_has_a_row_at_every_s
 def test_every_kind_has_a_row_in_the_plain_call_at_both_steps(case: Case) -> None:
     _, validation, rows = case
     kinds = {(row.group, row.inputs) for row in rows}
-    assert len({group for group, _ in kinds}) == 4
+    assert {group for group, _ in kinds} == {IN_RANGE, SMOOTH, CONSTANT, TONES, AS_SET}
     calls = {"plain"} if validation.surrogate.hold == "zero_order" else {"plain", "known"}
     for group, inputs in kinds:
         for steps in (1.0, 4.0):
             assert row_at(rows, group, inputs, "plain", steps) is not None
         found = {r.call for r in rows if (r.group, r.inputs) == (group, inputs)}
-        assert found - {"model"} == calls
+        assert found - {"model"} == ({"plain"} if group == TONES else calls)
 
 
 def test_smooth_inputs_are_no_faster_than_wide_motions_of_the_training(case: Case) -> None:

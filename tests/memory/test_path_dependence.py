@@ -192,6 +192,7 @@ def judged(
         (3.0, 3.0, True),
         (0.3, 0.3, True),
         (3.0, 1.5, False),  # agrees near rest
+        (0.3, 0.7, False),
         (3.0, 0.3, False),  # contradicts there too, but in the other direction
         (0.3, 3.0, False),
         (3.0, None, True),  # nothing is known near rest

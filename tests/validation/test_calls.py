@@ -220,6 +220,15 @@ def test_width_is_the_mean_bound_of_each_output_over_its_usual_error() -> None:
     assert [one.width for one in found.outputs] == pytest.approx([1.5 / 0.5, 4.0 / 2.0])
 
 
+def test_width_is_finite_where_errors_are_usually_zero() -> None:
+    given = [made(np.zeros((2, 1)), [True, True])]
+    levels = ErrorLevels(np.zeros(1), np.zeros(1))
+    found = row_of(given, [OUTPUT], InputsLabel("", ""), "plain", (1.0, 1.0), levels)
+    assert found is not None
+    assert found.width is not None
+    assert np.isfinite(found.width)
+
+
 def test_largest_error_over_its_bound_is_that_where_the_fmu_is_trusted() -> None:
     error, bounds = [[0.4, 1.0], [0.1, -6.0], [9.0, 9.0]], [[0.1, 1.0], [1.0, 4.0], [1.0, 1.0]]
     assert judged(error, bounds, [True, True, False]).over_bound == pytest.approx(4.0)

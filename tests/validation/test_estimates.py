@@ -140,3 +140,5 @@ def test_outputs_out_of_range_are_not_trusted_whatever_the_tolerances_are() -> N
     strayed = replace(found, surrogate=replace(found.surrogate, output_ranges=ranges))
     assert all(row.tolerances is not None for row in found.figures().tolerances)
     assert {row.tolerances for row in strayed.figures().tolerances} == {None}
+    wide = replace(found.surrogate, output_ranges=np.array([[-20.0, 20.0], [-20.0, 20.0]]))
+    assert replace(found, surrogate=wide).figures().tolerances == found.figures().tolerances

@@ -1,4 +1,8 @@
-"""A lag that lies beside its recipe, in two files; for workers that do not see their folder."""
+"""A lag that lies beside its recipe, in two files; for workers that do not see their folder.
+
+Its function takes one state at a time. Motions that are simulated at once would be one job, for
+one worker.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ outputs = {"level": "m"}
 start = [0.0]
 
 def f(x, u, p):
-    return [RATE * (u[0] - x[0])]
+    return [RATE * (u[0] - float(x[0]))]  # one state alone: one trajectory is one job
 
 def g(x, u, p):
     return [x[0]]

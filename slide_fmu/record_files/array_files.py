@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat, whosmat
-from scipy.io.matlab import MatReadError
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import RecordError, Text
@@ -159,8 +157,8 @@ NUMERIC = (
 )
 """Classes of arrays that hold numbers."""
 
-BROKEN = (MatReadError, NotImplementedError, TypeError, ValueError, OSError, zlib.error)
-"""Exceptions of scipy for a file that is not a whole MAT file."""
+BROKEN = (NotImplementedError, TypeError, ValueError, OSError, zlib.error)
+"""Exceptions of scipy for a file that is not a whole MAT file, beside its own ``MatReadError``."""
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 """First bytes of HDF5, behind the 512 bytes of MATLAB's own."""
@@ -175,6 +173,9 @@ def read_mat(path: Path, choice: Choice) -> RecordTable:
     Raises:
         RecordError: the file is no MAT file, lacks a column, or has too many samples.
     """
+    from scipy.io import loadmat, whosmat  # recipes of FMUs are read without it
+    from scipy.io.matlab import MatReadError
+
     with path.open("rb") as file:
         begin = file.read(512 + len(HDF5))
     if HDF5 in (begin[512:], begin[: len(HDF5)]):
@@ -187,7 +188,7 @@ def read_mat(path: Path, choice: Choice) -> RecordTable:
         return table_of(_columns(loadmat(str(path))), choice)
     except RecordError:
         raise
-    except BROKEN as error:
+    except (MatReadError, *BROKEN) as error:
         raise RecordError(
             f"{choice.path}: {error}; expected a MAT file that is whole: write it again"
         ) from error

@@ -171,7 +171,8 @@ def test_what_was_learnt_is_not_learnt_again(
     again = learn(oscillator(), "oscillator", runs=runs, **SMALL)
     assert again.errors == learnt.errors
     said = capsys.readouterr().err
-    assert "trajectories: 6 of 6" in said
+    assert "trajectories: 10 of 10" in said
+    assert "trajectories: 0 of 10" not in said
     assert "simulating in this process alone: the system has parts that this session" in said
 
 

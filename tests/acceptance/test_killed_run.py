@@ -25,7 +25,7 @@ pytestmark = pytest.mark.extended
 RECIPE = SMALL_LINEAR.replace("steps = 1200", "steps = 40").replace(
     "validate_every = 300", "validate_every = 5"
 )
-RECIPES = {"small_linear": (RECIPE, 24), "small_bounded": (SMALL_BOUNDED, 12)}
+RECIPES = {"small_linear": (RECIPE, 16), "small_bounded": (SMALL_BOUNDED, 8)}
 """Recipes by their names, with the number of kills. The companion of the bounded one is trained in
 a program of its own."""
 

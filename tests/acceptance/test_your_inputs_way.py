@@ -31,6 +31,7 @@ def write_drive(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.extended
 def test_second_half_is_never_learnt_and_judges_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -79,6 +79,7 @@ def test_companion_in_a_program_of_its_own_is_the_same_to_the_bit(
     assert names[0] == names[1]
 
 
+@pytest.mark.extended
 def test_one_core_trains_one_after_the_other(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +101,7 @@ def test_error_of_the_other_program_is_raised_here(folder: Path, tmp_path: Path)
         fitted(folder, tmp_path, True)
 
 
+@pytest.mark.extended
 def test_program_that_was_ended_is_told_with_what_remains(folder: Path, tmp_path: Path) -> None:
     work = Work(case_of(RECIPE), folder, tmp_path, lambda name: silent)
     fit, _ = fitted(folder, tmp_path, False)

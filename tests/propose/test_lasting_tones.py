@@ -65,6 +65,7 @@ def test_tone_lasts_until_the_resonance_has_grown(damping: float) -> None:
     assert (1 - RESOLVED) * largest < reached(system) < 1.2 * largest
 
 
+@pytest.mark.extended
 def test_sweeps_climb_the_hill_of_a_spring_that_hardens() -> None:
     """It turns the resonance to higher frequencies, where a tone at small motions finds little."""
     system = oscillator(0.02, hardening=1e5)
@@ -121,6 +122,7 @@ def beam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return str(path)
 
 
+@pytest.mark.extended
 def test_proposed_range_holds_the_resonance_but_not_what_no_motion_reaches(beam: str) -> None:
     found = propose(InitOptions(beam, step=0.02), silent)
     outputs = parse_open_recipe(found.text, "proposal").guess.system.outputs

@@ -56,6 +56,7 @@ def fitted(folder: Path, checkpoints: Path, side_by_side: bool) -> tuple[Fit, di
     return fit_surrogate(Work(case_of(RECIPE), folder, checkpoints, bar), side_by_side), shown
 
 
+@pytest.mark.extended
 def test_companion_in_a_program_of_its_own_is_the_same_to_the_bit(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,6 +71,7 @@ def test_undamped_model_is_proposed_but_its_refusal_is_announced(
     assert all("give the system damping" in remark for remark in refusals)
 
 
+@pytest.mark.extended
 def test_step_is_made_finer_until_try_agrees(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

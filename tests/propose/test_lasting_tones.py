@@ -134,6 +134,7 @@ def test_proposed_range_holds_the_resonance_but_not_what_no_motion_reaches(beam:
     assert "The lower end is that at rest" in " ".join(found.text.replace("#", "").split())
 
 
+@pytest.mark.extended
 def test_proposal_is_the_same_to_the_byte_on_a_machine_that_has_no_time(
     beam: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import final
 
+from slide_fmu.fitting.state_space.amounts import PER_PARAMETER, SEGMENT, THINNEST
 from slide_fmu.pipeline.numbers import (
     BOUND,
     CALIBRATION,
@@ -35,18 +36,13 @@ SIZES = UNITS, 2 * UNITS
 units, too, where these do not suffice, which is rare."""
 SEARCHED = 3
 """Random starts that judge a size, and the most rounds after them."""
-THINNED = 8
-"""Each such sample is in the matrix of an iteration."""
-PER_PARAMETER = 2000
-"""Residuals for each parameter above which some segments are left out."""
-SEGMENT = 256
-"""Least number of scored samples of a segment."""
 ENDS_EARLY = 0.4
 """Part of the iterations after which a fit may have ended, since nothing changes any more."""
 STEP_OF_HEAD = 2e-3
 """Time of a step of the head of a bound, or of another small network, in s."""
-FURTHER = 40
-"""Number of motions under further inputs: smooth, constant, as users set them."""
+FURTHER, CONSTANT = 16, 12
+"""Number of further kinds of input, which have as many motions as a kind in range: one of smooth
+inputs, ten cells of tones, and about five as users set them. Then come constant inputs."""
 OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 2.5, 3e-5, 8, 5.0
 """Measuring simulates all motions this many times, since some go by finer steps, and runs the FMU
 in this number of calls; documents and FMU take WRITING s."""
@@ -125,8 +121,11 @@ def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span) -> Span:
 
 def _measuring(recipe: Recipe, cost: float) -> Span:
     validation = recipe.validation
-    count = recipe.unseen(None, cost * (recipe.data.duration + recipe.data.burn_in))
-    simulated = (count + FURTHER) * (validation.duration or recipe.data.duration)
+    each_takes = cost * (recipe.data.duration + recipe.data.burn_in)
+    further = FURTHER * recipe.unseen_of_kind(None, each_takes) + CONSTANT
+    simulated = (recipe.unseen(None, each_takes) + further) * (
+        validation.duration or recipe.data.duration
+    )
     steps = simulated / recipe.window.step
     time = OF_SIMULATION * cost * simulated + CALLS * STEP_OF_FMU * steps + WRITING
     return Span(time / 1.5, 1.5 * time)
@@ -158,7 +157,7 @@ class _Fits:
         residuals = train * pieces * scored * self.n_outputs
         train /= max(1.0, residuals // (PER_PARAMETER * weights))
         run = 2 * order * order * dynamic * network.substeps * (burn_in + scored)
-        summed = self.n_outputs * (weights * weights / THINNED + order * dynamic) * scored
+        summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic) * scored
         return train * pieces * (run + summed) / OPERATIONS
 
     def surrogate(self, train: float, least: bool) -> float:

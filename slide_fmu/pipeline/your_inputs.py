@@ -22,7 +22,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.record_files.inputs import InputTable, read_inputs
 from slide_fmu.validation.calls import ErrorLevels
 from slide_fmu.validation.measure import Meter, your_rows
-from slide_fmu.validation.own_view import Simulated, simulated
+from slide_fmu.validation.own_view import FileRun, simulated
 from slide_fmu.validation.row import Call, Row
 from slide_fmu.validation.validate import require_same_origin
 from slide_fmu.validation.your_inputs import JudgingPart
@@ -114,7 +114,7 @@ def _judging_part(kind: Recorded | None, table: InputTable) -> tuple[JudgingPart
     )
 
 
-def simulate_inputs(fmu: Path, file: Path, call: Call, step: float | None) -> Simulated:
+def simulate_inputs(fmu: Path, file: Path, call: Call, step: float | None) -> FileRun:
     """Run an FMU along the inputs of a file; values beyond the ranges are allowed.
 
     Args:
@@ -135,7 +135,7 @@ def simulate_inputs(fmu: Path, file: Path, call: Call, step: float | None) -> Si
         return simulated(files, surrogate, table, call, step or files.step)
 
 
-def write_outputs(made: Simulated, path: Path) -> None:
+def write_outputs(made: FileRun, path: Path) -> None:
     """Write times, inputs, outputs and what the FMU says of them as CSV.
 
     Raises:

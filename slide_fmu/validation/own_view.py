@@ -103,8 +103,8 @@ class OwnView:
 
 
 @dataclass(frozen=True, eq=False)
-class Simulated:
-    """A Simulated is an FMU along the inputs of a file.
+class FileRun:
+    """A FileRun is the run of an FMU along the inputs of a file.
 
     Attributes:
         view: what the FMU says of its outputs.
@@ -119,7 +119,7 @@ class Simulated:
 
 def simulated(
     fmu: UnpackedFmu, surrogate: Surrogate, table: InputTable, call: Call, step: float
-) -> Simulated:
+) -> FileRun:
     """Run a fresh instance of an FMU along the inputs of a file, from its first sample on.
 
     Args:
@@ -160,7 +160,7 @@ def simulated(
     )
     if surrogate.bound is not None:
         view = _judged(view, surrogate, {n: v[1:] for n, v in said.items()}, times[1:])
-    return Simulated(view, times, {**inputs, **said})
+    return FileRun(view, times, {**inputs, **said})
 
 
 def _by_name(names: Sequence[str], run: Run) -> dict[str, FloatArray]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.problem import Problem, Which
+from slide_fmu.fitting.state_space.amounts import PER_PARAMETER, SEGMENT
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.levenberg_marquardt import LeastSquares
 from slide_fmu.fitting.state_space.linear_start import excited_eigenvalues
@@ -32,19 +33,11 @@ from slide_fmu.fitting.state_space.whitening import Whitening
 from slide_fmu.network.state_space.cell import Roles
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
-SEGMENT = 256
-"""Approximate number of scored samples in a segment, if the window does not truncate more."""
 FEWEST = 8
 """Smallest number of segments for the starts, if there are enough."""
 ENOUGH = 12_288
 """Smallest number of samples that judge sizes, if there are enough: with fewer, a linear model,
 fitted to all data, would seem better than the many parameters of hidden units."""
-
-PER_PARAMETER = 2000
-"""Number of residuals for each parameter from which on further segments of the same trajectories
-teach little. On a drive with two inputs, 20 iterations on a quarter of the segments of 256
-trajectories end at a validation error of 0.15 %; on all segments of 64 trajectories, in the same
-time, at 0.32 %."""
 
 
 @dataclass(frozen=True, eq=False)

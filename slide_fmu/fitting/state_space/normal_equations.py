@@ -23,6 +23,7 @@ from typing import final
 
 import torch
 
+from slide_fmu.fitting.state_space.amounts import THINNEST
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.equations import ByRole, Equations, HiddenUnits, outputs, turned
@@ -34,8 +35,6 @@ BLOCK = 16
 """Number of samples whose rows of J are multiplied at once."""
 ROWS_PER_PARAMETER = 50
 """Smallest number of residuals in J'J for each parameter, if there are enough."""
-THINNEST = 8
-"""Largest step between samples in J'J; it divides ``BLOCK``."""
 
 
 @dataclass(eq=False)

@@ -48,7 +48,7 @@ STIFF_CALLS, STIFF_SAMPLES = 80, 100
 first STIFF_SAMPLES: most systems that are sampled by their bandwidth need 12 to 40."""
 
 ONE_BY_ONE = (
-    "so motions are integrated one after the other, which takes about 20 times as long. Write it "
+    "so motions are integrated one after the other, which takes many times as long. Write it "
     "for arrays of states: np.where(rate > 0, a, b) in place of if, np.sin in place of math.sin, "
     "and a list of numbers as the result"
 )

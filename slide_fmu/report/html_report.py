@@ -28,6 +28,9 @@ LONGEST_BAR = 70.0
 STACKED_COLUMNS, LONGEST_CELL = 3, 60
 """Tables of these columns, with a cell of more characters, are stacked on narrow screens."""
 
+WIDE_COLUMNS = 8
+"""Tables of this many columns are set closer, and show each row as a block on narrow screens."""
+
 
 def coded(text: str) -> Markup:
     """Return a text as HTML, in which names between backticks are set as code."""
@@ -160,15 +163,20 @@ def _shown(section: ReportSection) -> dict[str, object]:
     largest = max((bar.size for bar in section.bars), default=0.0) or 1.0
     return {
         **vars(section),
-        "stacked": section.table is not None and _is_stacked(section.table),
+        "layout": "" if section.table is None else _layout(section.table),
         "bars": [{**vars(bar), "share": LONGEST_BAR * bar.size / largest} for bar in section.bars],
     }
 
 
-def _is_stacked(table: ReportTable) -> bool:
-    """Return whether phones show a table's cells below each other, behind the first one."""
+def _layout(table: ReportTable) -> str:
+    """Return how a table fits narrow screens: ``wide``, ``stacked``, or empty if as it is.
+
+    Of stacked tables, phones show a row's cells below each other, behind the first one.
+    """
     longest = max((len(cell) for row in table.rows for cell in row), default=0)
-    return len(table.heading) == STACKED_COLUMNS and longest > LONGEST_CELL
+    if len(table.heading) == STACKED_COLUMNS and longest > LONGEST_CELL:
+        return "stacked"
+    return "wide" if len(table.heading) >= WIDE_COLUMNS else ""
 
 
 def folded(sections: Iterable[ReportSection]) -> list[ReportSection]:

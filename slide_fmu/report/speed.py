@@ -18,6 +18,8 @@ MEANING = (
 )
 
 
+TITLE = "Time at equal accuracy"
+
 FAR_BETTER = 1 / 3
 """A model whose error is smaller than this part of the FMU's is not its equal, but far better."""
 
@@ -30,8 +32,28 @@ def timing_text(timing: Timing) -> str:
 
 def speed_text(speed: SpeedFigures) -> str:
     """Say how much longer the model takes, by which solver, and how accurate both are."""
-    far_better = speed.loosened.relative_error < FAR_BETTER * speed.relative_error
-    return " ".join(sentences("speed.txt", speed=speed, far_better=far_better))
+    return " ".join(sentences("speed.txt", speed=speed, far_better=_is_far_better(speed)))
+
+
+def speed_in_short(timing: Timing) -> str:
+    """Say how long a step of an FMU takes, and what its model is compared at, in a few words.
+
+    The large number of a verdict stands above: how many times as long the model takes.
+    """
+    step, speed = f"A step takes {timing.fmu_step_us:.3g} µs", timing.speed
+    if speed is None:
+        return f"{step}."
+    if not speed.can_be_loosened:
+        at = ""
+    elif speed.loosened.relative_error == 0.0 or _is_far_better(speed):
+        at = ", but is more accurate"
+    else:
+        at = " at equal accuracy"
+    return f'{step}; its model takes this many times as long{at} (see "{TITLE}").'
+
+
+def _is_far_better(speed: SpeedFigures) -> bool:
+    return speed.loosened.relative_error < FAR_BETTER * speed.relative_error
 
 
 def speed_section(speed: SpeedFigures) -> ReportSection:
@@ -50,4 +72,4 @@ def speed_section(speed: SpeedFigures) -> ReportSection:
     ]
     heading = ("in one run on one machine", "relative RMSE", "a simulated second takes")
     text = f"{speed_text(speed)} {MEANING}"
-    return ReportSection("Time at equal accuracy", text, ReportTable.of(heading, rows))
+    return ReportSection(TITLE, text, ReportTable.of(heading, rows))

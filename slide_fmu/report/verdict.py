@@ -17,7 +17,7 @@ from slide_fmu.report.html_report import Fact, Verdict
 from slide_fmu.report.prose import sentences
 from slide_fmu.report.row_tables import CALLS, FAR, call_of, length_of, name_of
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.speed import timing_text
+from slide_fmu.report.speed import speed_in_short
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, YOURS, Call, Row, kinds_of, row_at
@@ -248,4 +248,4 @@ def _speed(timing: Timing) -> Fact:
         text = "A step of the FMU takes this time."
         return Fact("Speed", f"{timing.fmu_step_us:.3g} µs", text)
     good = None if timing.speed.ratio >= 1 else False
-    return Fact("Speed", f"{ratio_text(timing.speed.ratio)} times", timing_text(timing), good)
+    return Fact("Speed", f"{ratio_text(timing.speed.ratio)} times", speed_in_short(timing), good)

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.extended
 
 FMUS = Path(__file__).parents[2] / "fmus"
 MOST_BYTES = 3_000_000
-SIZES = [(400, 900), (1400, 900)]
+SIZES = [(400, 900), (1200, 900), (1400, 900)]
 
 REPORTS = [
     ("duffing", 3),

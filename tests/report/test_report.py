@@ -11,10 +11,14 @@ import numpy as np
 from slide_fmu import __version__
 from slide_fmu.core.web.charts import Bar, Chart, HeatCell, HeatMap, Line, Panel
 from slide_fmu.report.html_report import LONGEST_BAR, Fact, Report, ReportSection, Verdict
+from slide_fmu.report.row_tables import card_table
 from slide_fmu.report.table import ReportTable
+from tests.browser import Browser
 from tests.charts import charts_of
+from tests.report.made_rows import row
 
 X = np.arange(5.0)
+KINDS = ("held_random", "a fast sine of 2.5 to 6.6 Hz with an amplitude of 470 to 880 N")
 
 
 def _chart(title: str) -> Chart:
@@ -109,6 +113,19 @@ def test_tables_of_long_texts_are_stacked_on_narrow_screens() -> None:
     for table, stacked in ((long, True), (short, False)):
         page = Report("title", "", {}, [ReportSection("one", "", table)]).html()
         assert ('class="table stacked"' in page) == stacked
+
+
+def test_rows_of_wide_tables_fit_small_screens_and_phones(
+    chromium: Browser, tmp_path: Path
+) -> None:
+    table = card_table([row(name, steps=steps) for name in KINDS for steps in (1.0, 4.0)])
+    report = Report("title", "", {}, [ReportSection("Rows", "", table)])
+    page = report.write(tmp_path)
+    box = "document.querySelector('.table')"
+    for width in (400, 1200, 1340):
+        chromium.resize(width, 900)
+        chromium.open(page)
+        assert chromium.evaluate(f"{box}.scrollWidth <= {box}.clientWidth"), width
 
 
 def test_names_between_backticks_are_set_as_code() -> None:

@@ -17,6 +17,7 @@ from slide_fmu.core.xml_differences import differences
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.cosim.archive import archive_problems, library_problems, source_problems
 from slide_fmu.cosim.bound_check import bound_problems
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.description.fmi2 import guid_of, model_description
 from slide_fmu.fmu.description.fmi3 import model_description3
 from slide_fmu.fmu.description.surrogate_variables import fmu_variables, memory_lengths
@@ -33,7 +34,6 @@ from slide_fmu.fmu.libraries.sources import FOLDER, compiled_files
 from slide_fmu.importer.description import is_fmi_3
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 OUTPUT_TOLERANCE = 2e-6

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.held_means import held_means
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.between import even_out, refine
+from slide_fmu.cosim.whole_run import StepGrid, run_over
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BY_KEY,
@@ -25,7 +26,6 @@ from slide_fmu.fmu.export import SURROGATE, read_fmu, read_member
 from slide_fmu.importer.description import is_multiple
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.whole_run import StepGrid, run_over
 
 
 def simulate(

@@ -1,6 +1,6 @@
 """The compiled library is used without FMI: its functions, and surrogates opened in it.
 
-The functions are declared in ``runtime/native/native.h``.
+The functions are declared in ``runtime/native/native.h`` and ``steps.h``.
 """
 
 from __future__ import annotations
@@ -168,6 +168,7 @@ def load_library() -> ctypes.CDLL:
         "layers": [ctypes.c_int, handle, handle, size, handle],
         "records": [ctypes.c_int, handle, handle, size, size, size, size, size, handle],
         "sizes": [ctypes.c_int, text, size, *2 * [ctypes.c_uint32], handle, text, size],
+        "steps": [ctypes.c_int, handle],
         "slopes": [ctypes.c_int, handle, handle, handle, size, size, handle],
     }
     for name, (result, *arguments) in signatures.items():

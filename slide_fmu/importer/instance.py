@@ -213,12 +213,28 @@ class Instance:
         except FailedCallError as error:
             raise self._at_end(error, time + length) from error
         if terminate.value or early.value:
-            what = "asks for the end of the simulation" if terminate.value else "returned early"
-            raise FailedCallError(
-                self.label,
-                f"fmi3DoStep {what} at t = {self._reached.value:.9g} s; expected a step of "
-                f"{length:g} s from {time:.9g} s: choose a shorter step",
-            )
+            raise self.ended(time, length, self._reached.value, terminate.value)
+
+    def ended(self, time: float, length: float, reached: float, asked: bool) -> FailedCallError:
+        """Return the error of a step of FMI 3.0 that ended early, at a time that it reached.
+
+        ``asked`` says whether the FMU asks for the end of the simulation.
+        """
+        what = "asks for the end of the simulation" if asked else "returned early"
+        return FailedCallError(
+            self.label,
+            f"fmi3DoStep {what} at t = {reached:.9g} s; expected a step of {length:g} s from "
+            f"{time:.9g} s: choose a shorter step",
+        )
+
+    def failed(self, name: str, status: int, end: float) -> FailedCallError:
+        """Return the error of a call that ended with a status, in a step that ends at a time."""
+        error = self._call.failed(name, status)
+        return self._at_end(error, end) if name.endswith("DoStep") else error
+
+    def function(self, name: str) -> Any:
+        """Return a function of the FMU's library by its name, as ctypes has it."""
+        return self.calls._functions[name]
 
     def _at_end(self, error: FailedCallError, end: float) -> FailedCallError:
         """Return the error of a step, which names the end of the experiment if it goes beyond."""

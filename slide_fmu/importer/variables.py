@@ -25,6 +25,10 @@ class InstanceVariables:
 
     Its arrays are made once: inputs are set several times in every step of a solver.
 
+    Attributes:
+        references: their value references.
+        blocks: the variables of each type.
+
     Args:
         calls: fmpy's object with the calls of the instance.
         fmi_3: whether it is of FMI 3.0.
@@ -34,54 +38,62 @@ class InstanceVariables:
     def __init__(self, calls: Any, fmi_3: bool, variables: Sequence[ModelVariable]) -> None:
         self.references = [variable.valueReference for variable in variables]
         types = [variable.type for variable in variables]
-        self._blocks = []
+        self.blocks: list[VariableBlock] = []
         for kind in dict.fromkeys(types):
             columns = [i for i, type_ in enumerate(types) if type_ == kind]
             references = [self.references[i] for i in columns]
-            self._blocks.append(_Block(calls, fmi_3, kind, columns, references))
+            self.blocks.append(VariableBlock(calls, fmi_3, kind, columns, references))
 
     def __len__(self) -> int:
         return len(self.references)
 
     def set(self, values: Sequence[float]) -> None:
         """Set one value for each variable, in their units."""
-        if len(self._blocks) == 1:
-            self._blocks[0].set(values)
+        if len(self.blocks) == 1:
+            self.blocks[0].set(values)
             return
-        for block in self._blocks:
+        for block in self.blocks:
             block.set([values[column] for column in block.columns])
 
     def get(self) -> list[float]:
         """Return one value for each variable, in their units."""
-        if len(self._blocks) == 1:
-            return self._blocks[0].get()
+        if len(self.blocks) == 1:
+            return self.blocks[0].get()
         values = [0.0] * len(self.references)
-        for block in self._blocks:
+        for block in self.blocks:
             for column, value in zip(block.columns, block.get(), strict=True):
                 values[column] = value
         return values
 
 
-class _Block:
-    """A block has the variables of one type."""
+@final
+class VariableBlock:
+    """A VariableBlock has the variables of one type.
+
+    Attributes:
+        columns: their places among all that are set and got together.
+        kind: their type of ctypes.
+        numbers: their value references, as an array of ctypes.
+        setter, getter: names of the functions of FMI that set and get them.
+    """
 
     def __init__(
         self, calls: Any, fmi_3: bool, type_: str, columns: list[int], references: list[int]
     ) -> None:
         self.columns = columns
         self._call: Callable[..., Any] = calls._call
-        kind, count = _C_TYPES[type_, fmi_3], len(columns)
-        self._values = (kind * count)()
-        self._is_real = kind in (c_double, c_float)
-        numbers, lengths = (fmi2.fmi2ValueReference * count)(*references), (count,) * fmi_3
-        self._arguments = (calls.component, numbers, count, self._values, *lengths)
+        self.kind, count = _C_TYPES[type_, fmi_3], len(columns)
+        self._values = (self.kind * count)()
+        self._is_real = self.kind in (c_double, c_float)
+        self.numbers, lengths = (fmi2.fmi2ValueReference * count)(*references), (count,) * fmi_3
+        self._arguments = (calls.component, self.numbers, count, self._values, *lengths)
         prefix = "fmi3" if fmi_3 else "fmi2"
-        self._set, self._get = f"{prefix}Set{type_}", f"{prefix}Get{type_}"
+        self.setter, self.getter = f"{prefix}Set{type_}", f"{prefix}Get{type_}"
 
     def set(self, values: Sequence[float]) -> None:
         self._values[:] = values if self._is_real else [int(value) for value in values]
-        self._call(self._set, *self._arguments)
+        self._call(self.setter, *self._arguments)
 
     def get(self) -> list[float]:
-        self._call(self._get, *self._arguments)
+        self._call(self.getter, *self._arguments)
         return self._values[:] if self._is_real else [float(value) for value in self._values]

@@ -24,7 +24,7 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.segments import unseen_blocks
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.comparison import compare_with_truth
+from slide_fmu.validation.comparison import compare_with_truth, with_step_times
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import Task
 
@@ -119,6 +119,7 @@ def validate_records(
             free = None if free is None else free[-scored:]
             comparisons.append(replace(comparison, free=free))
             progress(len(comparisons), len(blocks))
+        comparisons[:1] = [with_step_times(files, surrogate, one) for one in comparisons[:1]]
     noise = rms_of_noise(source.noise_at_rest, [comparison.error for comparison in comparisons])
     return Validation(
         task, surrogate, recipe, tuple(comparisons), noise=noise, between_known=False

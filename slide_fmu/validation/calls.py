@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.measures import TINY, relative_rmse, rms, size_about
 from slide_fmu.core.signals import FloatArray, Signal
+from slide_fmu.cosim.whole_run import Run, run_fmu
 from slide_fmu.fmu.description.variables import (
     AT_STEP_END,
     BOUND_FILLED,
@@ -25,7 +26,6 @@ from slide_fmu.fmu.description.variables import (
     known_inputs,
 )
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.validation.input_courses import InputCourse, Stairs
 from slide_fmu.validation.row import HARMFUL, Call, Row, RowOutput, ToneCell
 
@@ -87,7 +87,6 @@ class CallAnswers:
         filled: whether ``error_bound_filled`` was 1, (n,); all true of an FMU without it.
         estimates: error estimates, as the bounds; None of an FMU without them.
         novelty, in_domain: of the inputs, (n,); None of an FMU without them.
-        seconds: wall time in s of every step of the run; empty of another program than an FMU.
     """
 
     outputs: FloatArray
@@ -98,7 +97,6 @@ class CallAnswers:
     estimates: FloatArray | None = None
     novelty: FloatArray | None = None
     in_domain: FloatArray | None = None
-    seconds: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
     def error(self) -> FloatArray:
@@ -162,11 +160,8 @@ def answers(
             f"a communication step of {step:g} s for a motion of "
             f"{motion.grid * (len(motion.truth) - 1):g} s; expected a shorter one"
         )
-    names = [signal.name for signal in outputs]
-    bounds = [ERROR_BOUND.format(signal=name) for name in names]
-    estimates = [ERROR_ESTIMATE.format(signal=name) for name in names]
-    wanted = (*names, *bounds, *estimates, *TRUST)
-    known = [name for name in wanted if name in fmu.references]
+    names, bounds, estimates = names_of(outputs)
+    known = recorded(fmu, outputs)
     run = run_in_call(fmu, inputs, motion.course, known, (call, step, count), motion.parameters)
     at, places = motion.points(step)
     by_name = dict(zip(known, run.values[at].T, strict=True))
@@ -186,8 +181,20 @@ def answers(
         estimates=stacked(estimates),
         novelty=by_name.get(NOVELTY),
         in_domain=by_name.get(IN_DOMAIN),
-        seconds=run.seconds,
     )
+
+
+def names_of(outputs: Sequence[Signal]) -> tuple[list[str], list[str], list[str]]:
+    """Return the names of outputs, of their bounds and of their estimates."""
+    names = [signal.name for signal in outputs]
+    bounds = [ERROR_BOUND.format(signal=name) for name in names]
+    return names, bounds, [ERROR_ESTIMATE.format(signal=name) for name in names]
+
+
+def recorded(fmu: UnpackedFmu, outputs: Sequence[Signal]) -> list[str]:
+    """Return the names of all that a run of an FMU records to be measured."""
+    wanted = (*(name for names in names_of(outputs) for name in names), *TRUST)
+    return [name for name in wanted if name in fmu.references]
 
 
 def run_in_call(
@@ -197,6 +204,7 @@ def run_in_call(
     wanted: Sequence[str],
     steps: tuple[Call, float, int],
     parameters: Mapping[str, float],
+    timed: bool = False,
 ) -> Run:
     """Run a fresh instance of an FMU under some inputs, as ``answers`` does.
 
@@ -207,6 +215,7 @@ def run_in_call(
         wanted: names of the variables to record.
         steps: the call, the communication step in s, and the number of steps.
         parameters: values of physical parameters by name.
+        timed: whether the calls of every step are timed.
 
     Raises:
         CoSimulationError: the FMU reports an error.
@@ -222,7 +231,7 @@ def run_in_call(
     elif held and isinstance(course, Stairs) and _same(step, course.step, fmu.step):
         # at this step nobody can tell stairs from samples of a smooth signal: the user says so
         parameters[HELD] = 1.0
-    return run_fmu(fmu, columns, wanted, parameters, step)
+    return run_fmu(fmu, columns, wanted, parameters, step, timed)
 
 
 def _same(*steps: float) -> bool:

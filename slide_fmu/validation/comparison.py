@@ -13,7 +13,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.draws import Draw
 from slide_fmu.importer.file import UnpackedFmu
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.calls import CallAnswers, MeasuredMotion, answers
+from slide_fmu.validation.calls import CallAnswers, MeasuredMotion, answers, recorded, run_in_call
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import Call
 from slide_fmu.validation.trust import TrustOutputs
@@ -32,8 +32,9 @@ class Comparison:
         estimate: its error estimates, same shape, or None.
         true_error: RMSE over the samples up to each one that the estimate is about, same shape;
             NaN where they go back before the first scored sample.
-        step_seconds: wall time per step of surrogate and reference, shapes (steps,); the second
-            is empty where the reference was measured, or went by finer steps.
+        step_seconds: wall time per step of surrogate and reference, shapes (steps,); the first
+            is empty unless the FMU was timed on this trajectory (``with_step_times``), the
+            second where the reference was measured, or went by finer steps.
         model: outputs of the model that made the data, shape (N, n_outputs), or None where the
             reference is the same model.
         failed: number of draws before this one that the system could not simulate.
@@ -125,7 +126,7 @@ def compare_with_truth(
             surrogate=given.outputs,
             estimate=given.estimates,
             true_error=true_error,
-            step_seconds=(given.seconds, seconds),
+            step_seconds=(np.empty(0), seconds),
             model=None,
             parameters=motion.parameters,
             trust=_trust(given),
@@ -135,6 +136,20 @@ def compare_with_truth(
 
     plain = compared(by_call["plain"]) if moving else None
     return replace(compared(by_call["known"]), plain=plain)
+
+
+def with_step_times(fmu: UnpackedFmu, surrogate: Surrogate, comparison: Comparison) -> Comparison:
+    """Run an FMU once more on a comparison's motion, to time set, doStep and get by fmpy.
+
+    Raises:
+        CoSimulationError: the FMU reports an error.
+    """
+    motion, step = comparison.motion, surrogate.window.step
+    assert motion is not None
+    steps: tuple[Call, float, int] = ("known", step, motion.count(step))
+    names, values = recorded(fmu, surrogate.outputs), motion.parameters
+    run = run_in_call(fmu, surrogate.inputs, motion.course, names, steps, values, timed=True)
+    return replace(comparison, step_seconds=(run.seconds, comparison.step_seconds[1]))
 
 
 def _trust(given: CallAnswers) -> TrustOutputs | None:

@@ -12,6 +12,7 @@ from slide_fmu.core.figures import optional
 from slide_fmu.core.readable import quantity
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.units import NO_UNIT, behind
+from slide_fmu.cosim.whole_run import Run
 from slide_fmu.fmu.description.variables import (
     BOUND_FILLED,
     ERROR_BOUND,
@@ -21,7 +22,6 @@ from slide_fmu.fmu.description.variables import (
     TRUSTED,
 )
 from slide_fmu.importer.file import UnpackedFmu
-from slide_fmu.importer.whole_run import Run
 from slide_fmu.record_files.inputs import SLACK, InputTable
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.calls import run_in_call

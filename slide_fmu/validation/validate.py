@@ -28,7 +28,7 @@ from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Batching, Motion, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate_motions
-from slide_fmu.validation.comparison import Comparison, compare_with_truth
+from slide_fmu.validation.comparison import Comparison, compare_with_truth, with_step_times
 from slide_fmu.validation.error_figures import SpeedFigures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.speed import relative_error, speed_at_equal_accuracy
@@ -137,10 +137,11 @@ def _divided(measured: list[Comparison | str]) -> tuple[tuple[Comparison, ...], 
 
 
 def _timed(bench: _Bench, compared: tuple[Comparison, ...]) -> tuple[Comparison, ...]:
-    """Return the comparisons; at least one has the time of a step of the reference.
+    """Return the comparisons; at least one has the times of steps of FMU and reference.
 
     Where the inputs of all of them bend, the reference runs once more, straight between samples.
     """
+    compared = (with_step_times(bench.fmu, bench.surrogate, compared[0]), *compared[1:])
     if any(len(one.step_seconds[1]) for one in compared):
         return compared
     stream = replace(bench.stream, factors=(1.0, 1.0))  # there the reference must not fail

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.systems.base import Stepping
 from slide_fmu.systems.loading import load_system
 from tests.acceptance.conftest import invoke

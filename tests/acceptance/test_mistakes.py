@@ -318,7 +318,7 @@ def test_fmu_may_log_through_fmpy_after_a_run_of_ours(duffing: Finished) -> None
     script = """
 import gc, sys, fmpy, numpy as np
 from pathlib import Path
-from slide_fmu.importer.whole_run import run_fmu
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.file import unpacked
 path = sys.argv[1]
 with unpacked(Path(path)) as fmu:

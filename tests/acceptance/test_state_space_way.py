@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.measures import percent
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.reading import load_recipe
 from tests.acceptance.conftest import SMALL_STATE_SPACE, Finished, invoke

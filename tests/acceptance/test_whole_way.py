@@ -11,9 +11,9 @@ import fmpy
 import numpy as np
 import pytest
 
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.memory import motions
 from slide_fmu.recipe.case import case_of
 from tests.acceptance.conftest import FEW_MOTIONS, SMALL_DUFFING, Finished, invoke

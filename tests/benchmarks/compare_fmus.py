@@ -20,10 +20,10 @@ from figures_out import write_figures
 from seeds import COMPARE_FMUS
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import Run, run_fmu
 from slide_fmu.data.draws import TEST, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 

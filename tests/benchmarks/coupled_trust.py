@@ -19,8 +19,8 @@ from scipy.interpolate import CubicHermiteSpline
 from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.systems.base import Stepping
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification

@@ -30,11 +30,11 @@ from seeds import PAPER_SEGMENTS
 
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.draws import TEST, Stream
 from slide_fmu.data.unseen import UnseenMotion, unseen_motions
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.libraries.sources import Sources
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.surrogate.surrogate import Surrogate
 

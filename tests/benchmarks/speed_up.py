@@ -29,10 +29,10 @@ from seeds import SPEED_UP
 from timing import Part, TimedSurrogate, part_times
 
 from mbs_models.slider_crank.slider_crank import SliderCrank
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
@@ -73,7 +73,7 @@ def measure(arguments: argparse.Namespace) -> dict[str, Any]:
             drawn = draw(recipe, drawing, stream, index)
             for name, timer in models.items():
                 times.setdefault(name, []).append(timer(drawn))
-            run = run_fmu(fmu, inputs, outputs, step=window.step)
+            run = run_fmu(fmu, inputs, outputs, step=window.step, timed=True)
             times.setdefault("fmu_step", []).extend(run.step_seconds)
             times.setdefault("runtime_step", []).extend(
                 part_times(inside, Part.STEP, WINDOWS, LOOP)

@@ -10,12 +10,12 @@ from scipy.interpolate import CubicSpline
 
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.draws import TEST, Stream, draw, simulate_draw
 from slide_fmu.data.generation import generate
 from slide_fmu.fitting.preparation import Work
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounds.learnt_soon import LEARNT_SOON

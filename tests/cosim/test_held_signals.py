@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.bounded import bounded_surrogate
 from tests.fmu.samples import CellShape, Shape

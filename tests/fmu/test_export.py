@@ -16,13 +16,13 @@ from typer.testing import CliRunner
 from slide_fmu.cli.app import app
 from slide_fmu.core.files import write_zip
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE, check_fmu
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import SURROGATE, export_fmu, read_fmu
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries import platforms
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import STEP, TWO_MASSES, CellShape, random_surrogate
 from tests.refusals import refused

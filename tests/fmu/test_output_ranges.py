@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from slide_fmu.cosim.check import wide_differences
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fitting.network import learnt_ranges
 from slide_fmu.fmu.description.variables import OUTPUTS_IN_RANGE
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.fmu.libraries.platforms import FmiVersion
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.fmu.samples import Shape, random_surrogate

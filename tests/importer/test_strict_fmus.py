@@ -11,10 +11,10 @@ import pytest
 import slide_fmu as slide
 from slide_fmu.core.progress import quiet
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.recipe.writing import ModelDraft
 from slide_fmu.systems.base import Stepping, System

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from slide_fmu.cosim import check
+from slide_fmu.cosim.whole_run import Run, run_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.errors import CoSimulationError
-from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.pipeline.run import require_same_answers
 from tests.fmu.samples import random_surrogate
 from tests.fmu.small_shapes import CELLS

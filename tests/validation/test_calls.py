@@ -336,8 +336,9 @@ def test_fmu_is_told_that_inputs_are_held_where_it_cannot_see_it(
     """Values at its own step may be stairs or samples of a smooth signal."""
     seen: dict[str, float] = {}
 
-    def run(fmu: Any, columns: Any, wanted: Any, parameters: dict[str, float], at: float) -> None:
-        assert at == step
+    def run(*given: Any) -> None:
+        *_, parameters, at, timed = given
+        assert (at, timed) == (step, False)
         seen.update(parameters)
 
     monkeypatch.setattr(calls, "run_fmu", run)

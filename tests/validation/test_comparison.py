@@ -12,12 +12,12 @@ import pytest
 from slide_fmu.core.scaling import LogError
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import Window
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.draws import TEST, Draw, Stream, draw
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe

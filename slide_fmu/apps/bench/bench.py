@@ -16,11 +16,11 @@ import numpy as np
 from slide_fmu.apps.bench.effort import Effort
 from slide_fmu.core.figures import spread
 from slide_fmu.cosim.check import random_inputs
+from slide_fmu.cosim.whole_run import Run, run_fmu
 from slide_fmu.fmu.description.variables import ERROR_BOUND, ERROR_ESTIMATE, NOVELTY
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.fmu.native import NativeSurrogate, kernels
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.whole_run import Run, run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -126,7 +126,7 @@ class Bench:
         """Run an FMU with the surrogate's inputs on the first samples of the sequence."""
         columns = self.sequence[: self.effort.steps].T
         inputs = {s.name: column for s, column in zip(self.surrogate.inputs, columns, strict=True)}
-        return run_fmu(fmu, inputs, outputs, step=self.surrogate.window.step)
+        return run_fmu(fmu, inputs, outputs, step=self.surrogate.window.step, timed=True)
 
     def round(self) -> None:
         """Time everything once more."""

@@ -20,10 +20,10 @@ from slide_fmu.apps.compare.baselines.free_run import diverged, free_run
 from slide_fmu.apps.compare.model_figures import ModelFigures, ModelOutput
 from slide_fmu.core.measures import relative_rmse, size_about
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.unseen import UnseenMotion
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.file import UnpackedFmu, unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 
 
@@ -157,7 +157,7 @@ class StepTimes:
     def _in_fmu(self, fmu: UnpackedFmu, surrogate: Surrogate) -> float:
         names = [signal.name for signal in surrogate.outputs]
         inputs = {s.name: self._inputs[:, i] for i, s in enumerate(surrogate.inputs)}
-        run = run_fmu(fmu, inputs, names, step=surrogate.window.step)
+        run = run_fmu(fmu, inputs, names, step=surrogate.window.step, timed=True)
         return float(np.median(run.step_seconds[FIRST_STEPS:]))
 
     @property

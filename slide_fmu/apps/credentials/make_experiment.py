@@ -13,12 +13,12 @@ from slide_fmu.apps.credentials.experiment import Experiment
 from slide_fmu.apps.credentials.tables import rounded
 from slide_fmu.core.signals import FloatArray, Signal, within_ranges
 from slide_fmu.cosim.bound_check import bound_names
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.data.draws import TEST, Draw, Stream, drawn_outputs, first_that_runs
 from slide_fmu.data.unseen import UnseenMotion, known_or_simulated
 from slide_fmu.excitation.kinds import moving_by_themselves
 from slide_fmu.fmu.description.variables import HELD, TRUST, WINDOW_FILLED
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -12,8 +12,8 @@ from slide_fmu.apps.credentials.experiment import Experiment, read_experiment
 from slide_fmu.core.measures import percent
 from slide_fmu.cosim.bound_check import bound_deviations
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.pipeline.apps import RepeatedRun
 from slide_fmu.report.table import ReportTable
 from slide_fmu.surrogate.surrogate import Surrogate

@@ -15,9 +15,9 @@ from slide_fmu.apps.credentials.experiment import Experiment, experiment_members
 from slide_fmu.apps.credentials.replay import Replay, replay
 from slide_fmu.apps.credentials.tables import rounded
 from slide_fmu.cosim.bound_check import BOUND_TOLERANCE, NOVELTY_TOLERANCE
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import export_fmu, read_member
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.apps.credentials.conftest import LINEAR, Changed
 from tests.bounded import bounded_surrogate

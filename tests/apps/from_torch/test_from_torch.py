@@ -13,8 +13,8 @@ from torch import nn
 
 import slide_fmu as slide
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.file import unpacked
-from slide_fmu.importer.whole_run import run_fmu
 from tests.libraries import build_libraries
 from tests.refusals import refused
 from tests.surrogate.networks_of_torch import (

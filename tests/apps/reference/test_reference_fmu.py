@@ -19,11 +19,11 @@ from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.apps.reference.side_by_side import write_reference
 from slide_fmu.core.files import OLDEST
 from slide_fmu.core.signals import FloatArray, hold_of
+from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import read_fmu
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
-from slide_fmu.importer.whole_run import run_fmu
 from slide_fmu.recipe.case import case_of
 from slide_fmu.systems.base import State, System
 from slide_fmu.systems.errors import LoadError

@@ -50,7 +50,9 @@ API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 begin, fmi3Float64 step, f
                           fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached) {
     Lag *lag = c;
     lag->level += (1.0 - exp(-step / lag->lag)) * (lag->drive - lag->level);
-    *event = *terminate = *early = fmi3False;
+    *event = fmi3False;
+    *terminate = lag->drive > 1.0; /* beyond its range */
+    *early = lag->drive < -1.0;
     *reached = begin + step;
     return fmi3OK;
 }

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.description import require_step, start_time
 from slide_fmu.importer.file import UnpackedFmu
+
+if TYPE_CHECKING:  # they need fmpy, of the extra "run"
+    from slide_fmu.importer.instance import Instance
+    from slide_fmu.importer.variables import InstanceVariables
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +25,14 @@ class Run:
     Attributes:
         values: outputs at t_0 .. t_N in their units, shape (N + 1, n_outputs); Booleans are 0 or
             1.
-        seconds: wall time in s of set, doStep and get of every step, shape (N,).
-        step_seconds: wall time in s of doStep only, shape (N,).
+        seconds: wall time in s of set, doStep and get of every step by fmpy, shape (N,); empty
+            where it was not asked for.
+        step_seconds: wall time in s of doStep only, likewise.
     """
 
     values: FloatArray
-    seconds: FloatArray
-    step_seconds: FloatArray
+    seconds: FloatArray = field(default_factory=lambda: np.empty(0))
+    step_seconds: FloatArray = field(default_factory=lambda: np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +68,7 @@ def run_fmu(
     outputs: Sequence[str],
     parameters: Mapping[str, float | bool] | None = None,
     step: float | None = None,
+    timed: bool = False,
 ) -> Run:
     """Run a fresh instance of an FMU from its own start time, by equal steps.
 
@@ -73,6 +79,8 @@ def run_fmu(
         outputs: names of the variables to record.
         parameters: values set before initialization.
         step: communication step in s; the FMU's own if not given.
+        timed: whether the calls of every step are timed, as Python makes them; else a loop in C
+            makes them, which is faster.
 
     Raises:
         CoSimulationError: a variable does not exist, the FMU takes no such step, or it reports an
@@ -84,7 +92,7 @@ def run_fmu(
     fmu.require(*inputs)
     rows = np.stack(list(inputs.values()), axis=1)
     grid = StepGrid.even(start_time(fmu.description), step, len(rows))
-    return run_over(fmu, grid, (list(inputs), rows), outputs, parameters or {})
+    return run_over(fmu, grid, (list(inputs), rows), outputs, parameters or {}, timed=timed)
 
 
 def run_over(
@@ -95,6 +103,7 @@ def run_over(
     parameters: Mapping[str, Any],
     first: FloatArray | None = None,
     kept: FloatArray | None = None,
+    timed: bool = False,
 ) -> Run:
     """Run a fresh instance of an FMU over a grid of N steps.
 
@@ -108,36 +117,62 @@ def run_over(
             not given.
         kept: inputs under which each step is taken once more from its begin, for the next ones,
             (N, n_inputs), where they differ.
+        timed: as of ``run_fmu``.
 
     Raises:
         CoSimulationError: a variable does not exist, or the FMU reports an error.
         ValueError: a parameter cannot be set before initialization.
     """
-    from slide_fmu.importer.instance import instantiated  # needs fmpy, of the extra "run"
+    from slide_fmu.cosim import step_loop  # these need fmpy, of the extra "run"
+    from slide_fmu.importer.instance import instantiated
 
     names, rows = inputs
     fmu.require(*names, *outputs, *parameters)
     start = (rows[0] if first is None else first).tolist()
-    again = np.zeros(len(rows), dtype=bool) if kept is None else (rows != kept).any(axis=1)
-    seconds, step_seconds = np.empty(len(rows)), np.empty(len(rows))
     with instantiated(fmu) as instance:
         variables, recorded = instance.variables(names), instance.variables(outputs)
         instance.initialize(parameters, variables, start, grid.start)
-        values = [recorded.get()]
-        steps = zip(grid.begins.tolist(), grid.lengths.tolist(), rows.tolist(), again, strict=True)
-        for k, (at, length, row, twice) in enumerate(steps):
-            state = instance.save() if twice else None
-            begin = time.perf_counter()
-            variables.set(row)
-            before = time.perf_counter()
-            instance.do_step(at, length, not twice)
-            step_seconds[k] = time.perf_counter() - before
-            values.append(recorded.get())
-            seconds[k] = time.perf_counter() - begin
-            if kept is not None and twice:
-                instance.restore(state)
-                instance.free_state(state)
-                variables.set(kept[k].tolist())
-                instance.do_step(at, length)
+        begin = recorded.get()
+        if timed or kept is not None or not step_loop.offered():
+            run = _steps_of_python(instance, grid, (variables, rows), recorded, kept)
+        else:
+            steps = grid.begins, grid.lengths
+            run = Run(step_loop.take_steps(instance, steps, (variables, rows), recorded))
         instance.terminate()
-    return Run(np.array(values, dtype=np.float64), seconds, step_seconds)
+    values = np.concatenate([np.array([begin], dtype=np.float64), run.values])
+    return replace(run, values=values)
+
+
+def _steps_of_python(
+    instance: Instance,
+    grid: StepGrid,
+    inputs: tuple[InstanceVariables, FloatArray],
+    recorded: InstanceVariables,
+    kept: FloatArray | None,
+) -> Run:
+    """Take steps one by one, with their times; some of them twice (``run_over``).
+
+    Returns:
+        The values after each step, and the times.
+    """
+    variables, rows = inputs
+    again = np.zeros(len(rows), dtype=bool) if kept is None else (rows != kept).any(axis=1)
+    seconds, step_seconds = np.empty(len(rows)), np.empty(len(rows))
+    values = []
+    steps = zip(grid.begins.tolist(), grid.lengths.tolist(), rows.tolist(), again, strict=True)
+    for k, (at, length, row, twice) in enumerate(steps):
+        state = instance.save() if twice else None
+        begin = time.perf_counter()
+        variables.set(row)
+        before = time.perf_counter()
+        instance.do_step(at, length, not twice)
+        step_seconds[k] = time.perf_counter() - before
+        values.append(recorded.get())
+        seconds[k] = time.perf_counter() - begin
+        if kept is not None and twice:
+            instance.restore(state)
+            instance.free_state(state)
+            variables.set(kept[k].tolist())
+            instance.do_step(at, length)
+    shape = len(rows), len(recorded)
+    return Run(np.array(values, dtype=np.float64).reshape(shape), seconds, step_seconds)

@@ -20,7 +20,17 @@ from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.speed import speed_in_short
 from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.validation.error_figures import Timing
-from slide_fmu.validation.row import ALL, FINER, OF_TRAINING, YOURS, Call, Row, kinds_of, row_at
+from slide_fmu.validation.row import (
+    ALL,
+    FINER,
+    FLAGGED,
+    OF_TRAINING,
+    YOURS,
+    Call,
+    Row,
+    kinds_of,
+    row_at,
+)
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 
 MOST_NAMED = 3
@@ -44,7 +54,7 @@ class Avoided:
         row: where the FMU is worst on it.
         name: the inputs, with their group where others are called likewise.
         at: the communication step in words, where it is not the own one.
-        reason: what the FMU says of its error there.
+        reason: how the FMU is wrong there without saying so.
     """
 
     row: Row
@@ -64,6 +74,8 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
     call = call_of(rows)
     main = _first_rows(rows, call)
     judged = [row for row in _kinds(rows) if row.is_at(call, 1.0)]
+    avoided = _to_avoid(rows, call)
+    named = {_kind_of(one.row) for one in avoided}
     return tuple(
         sentences(
             "verdict.txt",
@@ -75,7 +87,8 @@ def verdict(rows: Sequence[Row]) -> tuple[str, ...]:
             unfilled=[r for r in main if not r.counted],
             far=FAR,
             most_named=MOST_NAMED,
-            avoided=_to_avoid(rows, call),
+            avoided=avoided,
+            reported=sum(_is_reported(row) and _kind_of(row) not in named for row in judged),
             judged=sum(row.valid is not None for row in judged),
             few=sum(row.harmful is not None and row.few for row in judged),
         )
@@ -113,10 +126,16 @@ def _kinds(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row.group != BEYOND and row.inputs not in (ALL, OF_TRAINING)]
 
 
+def _kind_of(row: Row) -> tuple[str, str]:
+    return row.group, row.inputs
+
+
 def _to_avoid(rows: Sequence[Row], call: Call) -> list[Avoided]:
     """Return the kinds of input to avoid, each once: at the own step, else at the finer one.
 
-    Those of which the FMU does not say where it is wrong come first, then large errors.
+    They are those of which the FMU does not say where it is wrong, and then large errors that it
+    trusts. Where it says so itself, nobody need be warned: outputs that hardly answer to fast
+    tones, for example, have large relative errors which no sample is trusted with.
     """
     kinds = _kinds(rows)
     names = Counter(inputs for _, inputs in kinds_of(kinds))
@@ -124,7 +143,7 @@ def _to_avoid(rows: Sequence[Row], call: Call) -> list[Avoided]:
     for steps in (1.0, float(FINER)):
         for row in kinds:
             if row.is_at(call, steps) and _is_bad(row, steps):
-                found.setdefault((row.group, row.inputs), row)
+                found.setdefault(_kind_of(row), row)
     return [
         Avoided(
             row,
@@ -140,20 +159,26 @@ def _is_bad(row: Row, steps: float) -> bool:
     """Tell whether a kind is to be avoided; at the finer step only where the FMU is silent."""
     if steps != 1.0:
         return row.valid is False and row.honest is False
-    return row.valid is False or (row.valid is True and row.far_off)
+    if row.valid is None or _is_reported(row):
+        return False
+    return not row.valid or row.far_off
 
 
-def _worst_first(row: Row) -> tuple[bool, bool, float, float]:
-    honest = row.honest is True
-    return honest, bool(row.valid), 0.0 if honest else -(row.silent or 0.0), -row.error
+def _is_reported(row: Row) -> bool:
+    """Tell whether an FMU says where it is wrong, or trusts nothing where it is far off."""
+    if row.valid:
+        return row.far_off and row.trusted is not None and row.trusted <= FLAGGED
+    return row.valid is False and row.honest is True
+
+
+def _worst_first(row: Row) -> tuple[bool, float, float]:
+    return bool(row.valid), -(row.silent or 0.0), -row.error
 
 
 def _reason(row: Row) -> str:
-    """Say what the FMU says of its error: usual, reported, or how often it is silent."""
+    """Say how an FMU is wrong without saying so: usually, beyond its bound, or how often."""
     if row.valid:
         return "usual for it"
-    if row.honest:
-        return "which it reports"
     if row.uncovered and row.covered is not None:
         return f"bound covers {percent(row.covered)}"
     return "not reported" if not row.silent else f"wrong and trusted in {percent(row.silent)}"

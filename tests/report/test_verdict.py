@@ -16,7 +16,7 @@ from slide_fmu.validation.row import ALL, FLAGGED, LEAST_COVERED, SEARCH, YOURS,
 from slide_fmu.validation.task import BEYOND, HELD_OUT, IN_RANGE
 from tests.report.made_rows import MEASURED, row, timing, unfilled, without_bound
 
-REPORTED = "which it reports"
+ITSELF = "it says itself where it is wrong"
 """What the last sentence says of kinds of input on which the FMU says where it is wrong."""
 
 
@@ -71,13 +71,30 @@ def test_an_fmu_without_a_bound_says_so_and_what_to_avoid() -> None:
     assert "Avoid steps (error 50 %, not reported); " in avoid
 
 
-def test_kinds_that_are_reported_come_behind_silent_ones() -> None:
+def test_kinds_that_are_reported_are_counted_and_not_named() -> None:
     reported = row("jumps", HELD_OUT, 0.9, harmful=0.5)
-    assert f"Avoid jumps (error 90 %, {REPORTED}); " in to_avoid(reported)
+    assert f"can be judged (1) is to be avoided; under 1 of them {ITSELF}; " in to_avoid(reported)
     both = to_avoid(reported, row("steps", harmful=0.5, silent=0.2))
-    assert both.startswith("Avoid steps (error 1 %, wrong and trusted in 20 %), jumps (")
+    one_more = f"under 1 more kind {ITSELF}; "
+    assert both.startswith(f"Avoid steps (error 1 %, wrong and trusted in 20 %); {one_more}")
     slightly = row("ramps", harmful=0.5, silent=0.009)
-    assert to_avoid(slightly, reported).startswith("Avoid jumps (error 90 %, which it reports), ")
+    assert f"under 2 of them {ITSELF}" in to_avoid(slightly, reported)
+    silent = row("steps", harmful=0.5, silent=0.2)
+    assert f"under 2 more kinds {ITSELF}" in to_avoid(slightly, reported, silent)
+
+
+def test_large_errors_are_not_to_be_avoided_where_no_sample_is_trusted() -> None:
+    """As of tones far above a resonance, where an output hardly moves."""
+    never, sometimes = (row("tones", error=0.95, trusted=t) for t in (FLAGGED, FLAGGED + 0.01))
+    assert f"is to be avoided; under 1 of them {ITSELF}; " in to_avoid(never)
+    assert "Avoid tones (error 95 %, usual for it); " in to_avoid(sometimes)
+
+
+def test_kinds_that_are_reported_at_one_step_and_silent_at_a_finer_one_are_named_alone() -> None:
+    rows = row("jumps", harmful=0.5), row("jumps", steps=4.0, error=0.2, silent=0.03)
+    assert to_avoid(*rows).startswith(
+        "Avoid jumps at 5 ms (error 20 %, wrong and trusted in 3 %); inputs outside "
+    )
 
 
 def test_a_bound_that_covers_too_little_makes_a_kind_one_to_avoid() -> None:
@@ -110,7 +127,8 @@ def test_kinds_with_too_few_motions_are_counted_and_not_judged() -> None:
     assert to_avoid(*few).startswith(
         "Avoid inputs unlike those that were measured; of 2 kinds there are too few motions to "
     )
-    assert "Avoid jumps 0 (" in to_avoid(replace(few[0], trajectories=FEWEST), few[1])
+    enough = replace(few[0], trajectories=FEWEST, silent=0.1)
+    assert "Avoid jumps 0 (" in to_avoid(enough, few[1])
 
 
 def test_one_motion_of_a_search_is_judged() -> None:

@@ -222,6 +222,23 @@ def test_model_is_compared_as_it_is_where_every_looser_setting_errs_more_than_th
     assert found.loosened.setting == found.finest.setting
 
 
+@pytest.mark.parametrize(
+    ("longest", "seconds", "complete"), [(0.0, 60.0, True), (60.0, 0.0, True), (0.0, 0.0, False)]
+)
+def test_search_lasts_as_long_as_the_reference_took_where_that_is_more(
+    longest: float,
+    seconds: float,
+    complete: bool,
+    surrogate: Surrogate,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    timed = speed.timed
+    monkeypatch.setattr(speed, "LONGEST", longest)
+    monkeypatch.setattr(speed, "timed", lambda *given: (timed(*given)[0], seconds))
+    recipe = tiny_recipe(system={"parameters": {"damping": 40.0, "substeps": 8}})
+    assert compared(surrogate, recipe, monkeypatch, 0.9).complete == complete
+
+
 @pytest.mark.parametrize(("seconds", "count"), [(0.01, 4), (0.2, 2), (1.0, 1)])
 def test_few_motions_are_compared_where_the_reference_takes_long(
     seconds: float, count: int, surrogate: Surrogate, monkeypatch: pytest.MonkeyPatch

@@ -24,6 +24,7 @@ from slide_fmu.systems.fmu.model import describe
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
+from tests.marks import first
 from tests.own_models.strict_lag import build_strict_lag, true_level
 from tests.refusals import refused
 
@@ -144,7 +145,7 @@ def test_told_step_is_a_multiple_of_the_only_one(tmp_path: Path) -> None:
         system_of(fmu, **{"fmu-step": 0.005})
 
 
-@pytest.mark.parametrize("names_step", [True, False])
+@pytest.mark.parametrize("names_step", first([True, False]))
 def test_proposal_probes_an_fmu_by_its_step_alone(tmp_path: Path, names_step: bool) -> None:
     """Any other step would be refused by the FMU."""
     fmu = build_strict_lag(tmp_path / "lag.fmu", only_step=0.004, names_step=names_step)

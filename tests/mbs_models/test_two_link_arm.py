@@ -15,6 +15,7 @@ from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.offers import offered_features
 from slide_fmu.recipe.reading import load_open_recipe
 from slide_fmu.systems.base import System
+from tests.marks import first
 
 TUTORIALS = Path(__file__).parents[2] / "docs" / "tutorials"
 STEP = 0.01
@@ -64,7 +65,7 @@ def test_arm_that_turns_evenly_throws_its_load_outwards(arm: System) -> None:
     assert np.abs(found - expected).max() < 2 * SECOND_ORDER * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("driven", [True, False])
+@pytest.mark.parametrize("driven", first([True, False]))
 def test_step_that_is_proposed_for_an_arm_is_near_that_of_its_recipe(
     arm: System, driven: bool
 ) -> None:

@@ -48,17 +48,13 @@ def g(x, u, p):
 '''
 
 
-@pytest.fixture(autouse=True)
-def short(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
-
-
 def written(folder: Path, text: str) -> str:
     path = folder / "model.py"
     path.write_text(text)
     return str(path)
 
 
+@pytest.mark.usefixtures("brief")
 @pytest.mark.parametrize("damping", [0.4, 0.0])
 def test_undamped_model_is_proposed_but_its_refusal_is_announced(
     tmp_path: Path, damping: float
@@ -72,6 +68,7 @@ def test_undamped_model_is_proposed_but_its_refusal_is_announced(
 
 
 @pytest.mark.extended
+@pytest.mark.usefixtures("brief")
 def test_step_is_made_finer_until_try_agrees(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -16,11 +16,11 @@ from slide_fmu.data import simulation_time
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
-from slide_fmu.propose import first_look
-from slide_fmu.propose.draft_signals import parse_band, parse_range
-from slide_fmu.propose.proposal import InitOptions, propose
+from slide_fmu.propose import first_look, lasting_tones
+from slide_fmu.propose.draft_signals import Ranges, parse_band, parse_range
+from slide_fmu.propose.proposal import InitOptions, Proposal, propose
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
-from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.systems.errors import LoadError
 from tests.fmu.samples import sum_surrogate
 from tests.libraries import build_libraries
@@ -46,13 +46,35 @@ def g(x, u, p):
 '''
 
 
+FORCE: Ranges = {"force": (-2.0, 2.0)}
+ROAD: Ranges = {"road": (-0.1, 0.1)}
+
+
 @pytest.fixture
-def lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(brief: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder, in which models are looked at for a short time."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
-    path = tmp_path / "slow_lag.py"
-    path.write_text(LAG)
+    return tmp_path
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def lag(here: Path) -> Path:
+    return written(here / "slow_lag.py", LAG)
+
+
+def proposed(model: Path, inputs: Ranges | None = None, **options: Any) -> Proposal:
+    """What is proposed for a model, with these options; its inputs are a force by default."""
+    ranges = FORCE if inputs is None else inputs
+    return propose(InitOptions(str(model), ranges, **options), silent)
+
+
+def recipe_of(proposal: Proposal) -> Recipe:
+    return parse_open_recipe(proposal.text, "proposal").guess
 
 
 def invoke(*arguments: str) -> Result:
@@ -60,8 +82,8 @@ def invoke(*arguments: str) -> Result:
 
 
 def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
-    found = propose(InitOptions(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1), silent)
-    recipe = parse_open_recipe(found.text, "proposal").guess
+    found = proposed(lag, outputs=("position",), step=0.1)
+    recipe = recipe_of(found)
     assert (recipe.name, recipe.system.kind) == ("slow_lag", "function")
     assert recipe.system.model == "slow_lag.py"
     # a function takes all its inputs: the one that was not named has the range of the model
@@ -79,9 +101,8 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
 
 @pytest.mark.parametrize("jumps", [False, True])
 def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
-    options = InitOptions(str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, jumps=jumps)
-    found = propose(options, silent)
-    recipe = parse_open_recipe(found.text, "proposal").guess
+    found = proposed(lag, outputs=("position",), step=0.1, jumps=jumps)
+    recipe = recipe_of(found)
     assert recipe.data.jumps is jumps
     assert ("\n# jumps = true\n" in found.text) is not jumps
     assert ("stops" in {kind.kind for kind in recipe.data.excitation}) is jumps
@@ -105,51 +126,46 @@ def g(x, u, p):
 
 
 @pytest.fixture
-def spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
-    path = tmp_path / "spring.py"
-    path.write_text(SPRING)
-    return path
+def spring(here: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(lasting_tones, "LINES", 512)  # enough for its resonance
+    return written(here / "spring.py", SPRING)
 
 
-def frequencies(text: str) -> list[tuple[float, ...]]:
-    kinds = parse_open_recipe(text, "proposal").guess.data.excitation
+def frequencies(proposal: Proposal) -> list[tuple[float, ...]]:
+    kinds = recipe_of(proposal).data.excitation
     return [getattr(kind, "angular_frequency", ()) for kind in kinds]
 
 
+def asks_for_band(proposal: Proposal) -> list[str]:
+    return [remark for remark in proposal.remarks if "--band" in remark]
+
+
 def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None:
-    found = propose(InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02), silent)
+    found = proposed(spring, step=0.02)
     assert "among them tones that last at 1.5" in " ".join(found.text.replace("#", "").split())
-    (near,) = [ends for ends in frequencies(found.text) if ends[:1] == (6.9,)]
+    (near,) = [ends for ends in frequencies(found) if ends[:1] == (6.9,)]
     assert near[1] == pytest.approx(14.0, rel=0.03)
-    assert not [one for one in found.remarks if "--band" in one]
+    assert not asks_for_band(found)
 
 
 def test_proposal_asks_for_working_frequencies_where_rates_limit_the_sines(spring: Path) -> None:
     spring.write_text(
         SPRING.replace("u, p):\n    return [x[1], u[0]", "u, p, du):\n    return [x[1], du[0]")
     )
-    options = InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02)
-    (remark,) = [one for one in propose(options, silent).remarks if "--band" in one]
+    (remark,) = asks_for_band(proposed(spring, step=0.02))
     assert remark.startswith("sines reach through the whole range up to 0.939 Hz, and a part")
-    asked = propose(replace(options, band=(1.0, 2.0)), silent)
-    assert not [one for one in asked.remarks if "--band" in one]
+    assert not asks_for_band(proposed(spring, step=0.02, band=(1.0, 2.0)))
 
 
 def test_proposal_for_a_working_band_has_motions_there(spring: Path) -> None:
-    options = InitOptions(
-        str(spring), {"force": (-2.0, 2.0)}, step=0.02, band=parse_band("3..6.5")
-    )
-    found = propose(options, silent)
-    assert frequencies(found.text).count((19.0, 41.0)) == 3
-    assert not [one for one in found.remarks if "--band" in one]
+    found = proposed(spring, step=0.02, band=parse_band("3..6.5"))
+    assert frequencies(found).count((19.0, 41.0)) == 3
+    assert not asks_for_band(found)
 
 
 def test_band_of_which_the_step_has_too_few_samples_is_refused(spring: Path) -> None:
-    options = InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02, band=(3.0, 20.0))
     with refused(RecipeError, "--band 3..20", "2.5 samples in a period", "--step 0.005"):
-        propose(options, silent)
+        proposed(spring, step=0.02, band=(3.0, 20.0))
 
 
 @pytest.mark.parametrize("text", ["", "3", "6..3", "0..5", "1..inf", "a..b"])
@@ -160,19 +176,14 @@ def test_band_that_is_none_is_refused(text: str) -> None:
 
 @pytest.mark.extended
 def test_jumps_of_inputs_that_are_held_are_refused(lag: Path) -> None:
-    options = InitOptions(
-        str(lag), {"force": (-2.0, 2.0)}, step=0.1, hold="zero_order", jumps=True
-    )
     with refused(RecipeError, "--jumps", "held over each step", "leave it out"):
-        propose(options, silent)
+        proposed(lag, step=0.1, hold="zero_order", jumps=True)
 
 
 @pytest.mark.extended
 def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
-    options = InitOptions(
-        str(lag), {"force": (-2.0, 2.0)}, ("position",), step=0.1, hold="zero_order"
-    )
-    assert parse_open_recipe(propose(options, silent).text, "proposal").guess.data.substeps == 1
+    found = proposed(lag, outputs=("position",), step=0.1, hold="zero_order")
+    assert recipe_of(found).data.substeps == 1
 
 
 @pytest.mark.extended
@@ -180,19 +191,12 @@ def test_proposal_for_inputs_that_are_held_has_no_substeps(lag: Path) -> None:
     ("step", "found", "substeps"), [(None, 0.002, 2), (0.02, 0.02, 4), (0.007, 0.007, 7)]
 )
 def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    step: float | None,
-    found: float,
-    substeps: int,
+    here: Path, step: float | None, found: float, substeps: int
 ) -> None:
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
-    car = str(build_in_python(tmp_path / "car.fmu"))
-    road = {"road": (-0.1, 0.1)}
-    proposal = propose(
-        InitOptions(car, road, ("suspension_travel",), step=step, fmu_step=1e-3), silent
+    car = build_in_python(here / "car.fmu")
+    recipe = recipe_of(
+        proposed(car, ROAD, outputs=("suspension_travel",), step=step, fmu_step=1e-3)
     )
-    recipe = parse_open_recipe(proposal.text, "proposal").guess
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
     assert recipe.data.substeps == substeps
@@ -204,19 +208,16 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     [(None, "zero_order", {}, 1), (0.02, "first_order", {"fmu-step": 0.005}, 4)],
 )
 def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    here: Path,
     step: float | None,
     hold: str,
     parameters: dict[str, float],
     substeps: int,
 ) -> None:
     """Over its own step its inputs are held; over a longer one they move by such steps."""
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
-    car = build_in_c(tmp_path / "car.fmu", co_simulation=True)
-    options = InitOptions(str(car), {"road": (-0.1, 0.1)}, ("suspension_travel",), step=step)
-    found = propose(options, silent)
-    recipe = parse_open_recipe(found.text, "proposal").guess
+    car = build_in_c(here / "car.fmu", co_simulation=True)
+    found = proposed(car, ROAD, outputs=("suspension_travel",), step=step)
+    recipe = recipe_of(found)
     assert recipe.window.step == (step or 0.005)
     assert recipe.system.inputs["road"].hold == hold
     assert recipe.system.parameters == parameters
@@ -226,60 +227,60 @@ def test_fmu_that_names_its_step_is_proposed_as_an_importer_runs_it(
 
 
 def test_step_that_is_no_whole_number_of_an_importers_is_refused(tmp_path: Path) -> None:
-    car = str(build_in_python(tmp_path / "car.fmu"))
-    options = InitOptions(car, {"road": (-0.1, 0.1)}, step=0.05, fmu_step=0.003)
+    car = build_in_python(tmp_path / "car.fmu")
     with refused(RecipeError, "--step 0.05 with --fmu-step 0.003", "--step 0.051"):
-        propose(options, silent)
+        proposed(car, ROAD, step=0.05, fmu_step=0.003)
 
 
 def test_step_of_an_fmu_is_refused_for_other_models(lag: Path) -> None:
     with refused(RecipeError, "--fmu-step 0.001 for", "expected a positive number"):
-        propose(InitOptions(str(lag), {"force": (-2.0, 2.0)}, fmu_step=1e-3), silent)
+        proposed(lag, fmu_step=1e-3)
 
 
 @pytest.mark.extended
 def test_input_that_changes_no_output_is_named(lag: Path) -> None:
-    assert not any("changes no output" in r for r in remarks_of(lag))
+    assert not any("changes no output" in one for one in proposed(lag, step=0.1).remarks)
     # an even system answers the same to an input of the opposite sign
-    even = lag.with_name("even.py")
-    even.write_text(LAG.replace("u[0] + 0.1 * u[1]", "u[0] ** 2"))
-    assert [r for r in remarks_of(even) if "changes no output" in r] == [
+    even = written(lag.with_name("even.py"), LAG.replace("u[0] + 0.1 * u[1]", "u[0] ** 2"))
+    remarks = proposed(even, step=0.1).remarks
+    assert [one for one in remarks if "changes no output" in one] == [
         "input 'spare' changes no output: the surrogate does not need it"
     ]
 
 
-def remarks_of(model: Path) -> tuple[str, ...]:
-    return propose(InitOptions(str(model), {"force": (-2.0, 2.0)}, step=0.1), silent).remarks
-
-
 def test_proposal_takes_all_signals_where_none_are_named(lag: Path) -> None:
-    options = InitOptions(str(lag), {"force": (-2.0, 2.0), "spare": None}, step=0.1)
-    found = parse_open_recipe(propose(options, silent).text, "proposal").guess
+    found = recipe_of(proposed(lag, {**FORCE, "spare": None}, step=0.1))
     assert list(found.system.inputs) == ["force", "spare"]
     assert list(found.system.outputs) == ["position", "double"]
     assert found.system.outputs["double"].range == (-9.0, 9.0)
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("inputs", "outputs", "message"),
     [
-        ({}, r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH"),
         (
-            {"inputs": {"spare": (0.0, 2.0)}},
+            {},
+            (),
             r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH",
         ),
-        ({"inputs": {"power": None}}, r"--input power: .* expected some of \['force', 'spare'\]"),
         (
-            {"inputs": {"force": (-1.0, 1.0)}, "outputs": ("speed",)},
+            {"spare": (0.0, 2.0)},
+            (),
+            r"input 'force' \(N\): the model declares no range; .* --input force=LOW\.\.HIGH",
+        ),
+        ({"power": None}, (), r"--input power: .* expected some of \['force', 'spare'\]"),
+        (
+            {"force": (-1.0, 1.0)},
+            ("speed",),
             r"--output speed: .* expected some of \['position', 'double'\]",
         ),
     ],
 )
 def test_proposal_without_what_it_needs_is_refused(
-    lag: Path, options: dict[str, object], message: str
+    lag: Path, inputs: Ranges, outputs: tuple[str, ...], message: str
 ) -> None:
     with pytest.raises(RecipeError, match=message):
-        propose(InitOptions(str(lag), **options), silent)  # type: ignore[arg-type]
+        proposed(lag, inputs, outputs=outputs)
 
 
 CLASS = '''
@@ -305,29 +306,28 @@ class Lag(slide.System):
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("inputs", "outputs", "message"),
     [
         (
-            {"inputs": {"u": (-3.0, 3.0)}},
+            {"u": (-3.0, 3.0)},
+            (),
             r"--input u=-3\.\.3: a class declares .* has the inputs u \(-1\.\.1\); expected no "
             r"--input: leave it out, or change self\.inputs in the class",
         ),
         (
-            {"outputs": ("z",)},
+            {},
+            ("z",),
             r"--output z: a class .* outputs y \(-1\.5\.\.1\.5\), z \(-1\.\.2\.5\); expected no",
         ),
     ],
 )
 def test_choice_among_the_signals_of_a_class_is_refused(
-    tmp_path: Path, options: dict[str, object], message: str
+    here: Path, inputs: Ranges, outputs: tuple[str, ...], message: str
 ) -> None:
-    path = tmp_path / "lag.py"
-    path.write_text(CLASS)
+    path = written(here / "lag.py", CLASS)
     with pytest.raises(RecipeError, match=message):
-        propose(InitOptions(str(path), step=0.1, **options), silent)  # type: ignore[arg-type]
-    found = parse_open_recipe(
-        propose(InitOptions(str(path), step=0.1), silent).text, "proposal"
-    ).guess
+        proposed(path, inputs, outputs=outputs, step=0.1)
+    found = recipe_of(proposed(path, {}, step=0.1))
     assert (Path(found.system.model).name, found.system.inputs) == ("lag.py:Lag", {})
 
 
@@ -338,37 +338,31 @@ def test_fmu_of_slide_fmu_is_proposed_with_the_signals_of_its_surrogate(
     monkeypatch.setattr(first_look, "SAMPLES", 50)
     build_libraries()
     fmu = export_fmu(sum_surrogate(16), tmp_path / "window_sum.fmu")
-    proposal = propose(InitOptions(str(fmu)), silent)
-    found = parse_open_recipe(proposal.text, "proposal").guess
+    proposal = proposed(fmu, {})
+    found = recipe_of(proposal)
     assert list(found.system.outputs) == ["y"]
     assert found.system.outputs["y"].range == (-1.0, 9.0)
     assert found.system.inputs["u"].hold == "zero_order"  # though the FMU can interpolate it
     assert found.window.step == sum_surrogate(16).window.step
     assert any("slide-fmu wrote this FMU" in remark for remark in proposal.remarks)
-    options = InitOptions(str(fmu), outputs=("window_filled",))
-    other = parse_open_recipe(propose(options, silent).text, "proposal").guess
+    other = recipe_of(proposed(fmu, {}, outputs=("window_filled",)))
     assert list(other.system.outputs) == ["window_filled"]
     step = sum_surrogate(16).window.step
-    by_steps = parse_open_recipe(
-        propose(InitOptions(str(fmu), fmu_step=step / 4), silent).text, "proposal"
-    ).guess
+    by_steps = recipe_of(proposed(fmu, {}, fmu_step=step / 4))
     assert by_steps.system.inputs["u"].hold == "zero_order"  # it stays what the model declares
     assert by_steps.system.parameters == {"fmu-step": step / 4}
     assert by_steps.data.substeps == 1
 
 
 def test_model_of_no_kind_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "nothing.py"
-    path.write_text("x = 1\n")
     with refused(LoadError, "expected an FMU", "known kind"):
-        propose(InitOptions(str(path)), silent)
+        proposed(written(tmp_path / "nothing.py", "x = 1\n"))
 
 
 def test_model_that_cannot_be_run_is_named_with_its_line(tmp_path: Path) -> None:
-    path = tmp_path / "broken.py"
-    path.write_text("import numpy\n\nvalue = 1 / 0\n")
+    path = written(tmp_path / "broken.py", "import numpy\n\nvalue = 1 / 0\n")
     with refused(LoadError, "ZeroDivisionError", "broken.py, line 3"):
-        propose(InitOptions(str(path)), silent)
+        proposed(path)
 
 
 @pytest.mark.parametrize("text", ["force=1", "force=2..1", "force=a..b", "=1..2", "force=1..1"])
@@ -379,14 +373,14 @@ def test_range_that_is_none_is_refused(text: str) -> None:
 
 def test_name_that_no_recipe_can_have_is_refused(lag: Path) -> None:
     with refused(RecipeError, "expected a letter", "--name 'a", "--name a_b"):
-        propose(InitOptions(str(lag), name="a b"), silent)
+        proposed(lag, name="a b")
 
 
 def test_signal_that_is_given_twice_is_refused(lag: Path) -> None:
     with refused(RecipeError, "--input force is given twice"):
         parse_range(["force=0..1", "force=0..2"])
     with refused(RecipeError, "--output position is given twice"):
-        propose(InitOptions(str(lag), {"force": (0.0, 1.0)}, ("position", "position")), silent)
+        proposed(lag, outputs=("position", "position"))
 
 
 def test_ranges_are_read_in_their_order() -> None:
@@ -452,38 +446,31 @@ def test_try_gives_figures_of_the_recipe_that_init_wrote(lag: Path, tmp_path: Pa
 
 @pytest.mark.parametrize("kind", ["function", "exudyn"])
 def test_init_writes_a_small_model_that_runs(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kind: str, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(first_look, "SAMPLES", 100)
     name = f"first_{kind}_model"  # the folder of one case can still be imported from in the other
     done = invoke("init", "--kind", kind, name, "--step", "0.02")
     assert done.exit_code == 0, done.output
-    assert (tmp_path / f"{name}.py").exists()
+    assert (here / f"{name}.py").exists()
     recipe = load_open_recipe(f"{name}.toml").guess
     assert (recipe.system.kind, recipe.window.step) == (kind, 0.02)
 
 
 @pytest.mark.parametrize("name", ["my-model", "2nd_model", "models/my-model.py"])
-def test_new_model_of_a_name_that_python_cannot_import_is_refused(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_new_model_of_a_name_that_python_cannot_import_is_refused(name: str, here: Path) -> None:
     done = invoke("init", "--kind", "function", name)
     assert done.exit_code == 1
     assert f"a new one cannot be called {Path(name).stem!r}; expected letters" in done.output
     assert "choose a name such as m" in done.output
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []
 
 
-def test_new_model_does_not_hide_an_installed_module(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_new_model_does_not_hide_an_installed_module(here: Path) -> None:
     done = invoke("init", "--kind", "function", "numpy")
     assert done.exit_code == 1
     assert "error: system 'numpy' defines neither f nor simulate" in done.output
-    assert list(tmp_path.iterdir()) == []
+    assert list(here.iterdir()) == []
 
 
 SHORT = """

@@ -10,7 +10,6 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
 from slide_fmu.features.urdf import UrdfError
-from slide_fmu.propose import first_look
 from slide_fmu.propose.proposal import InitOptions, Proposal, propose
 from slide_fmu.recipe.against_system import require_features
 from slide_fmu.recipe.case import case_of
@@ -40,10 +39,9 @@ def g(x, u, p):
 
 
 @pytest.fixture
-def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def arm(brief: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of the two-link arm with its URDF."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(first_look, "SAMPLES", 200)
     for name in ("two_link_arm.py", "two_link_arm.urdf"):
         shutil.copy(TUTORIALS / name, tmp_path)
     return tmp_path

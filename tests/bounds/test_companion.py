@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -56,9 +56,26 @@ def fitted(folder: Path, checkpoints: Path, side_by_side: bool) -> tuple[Fit, di
     return fit_surrogate(Work(case_of(RECIPE), folder, checkpoints, bar), side_by_side), shown
 
 
+@dataclass(frozen=True, eq=False)
+class Alone:
+    """A fit whose companion was trained after its surrogate, in this program."""
+
+    fit: Fit
+    shown: dict[str, int]
+    checkpoints: Path
+
+
+@pytest.fixture(scope="module")
+def alone(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Alone:
+    checkpoints = tmp_path_factory.mktemp("alone")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(companion, "IsolatedCall", None)  # it begins no other program
+        return Alone(*fitted(folder, checkpoints, False), checkpoints)
+
+
 @pytest.mark.extended
 def test_companion_in_a_program_of_its_own_is_the_same_to_the_bit(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, alone: Alone, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     began: list[tuple[object, ...]] = []
 
@@ -68,15 +85,13 @@ def test_companion_in_a_program_of_its_own_is_the_same_to_the_bit(
             return super().__enter__()
 
     monkeypatch.setattr(companion, "IsolatedCall", Noted)
-    alone, one_by_one = fitted(folder, tmp_path / "alone", False)
-    assert not began
-    both, shown = fitted(folder, tmp_path / "both", True)
+    both, shown = fitted(folder, tmp_path, True)
     assert len(began) == 1
-    assert both.surrogate.to_bytes() == alone.surrogate.to_bytes()
-    assert both.histories == alone.histories
+    assert both.surrogate.to_bytes() == alone.fit.surrogate.to_bytes()
+    assert both.histories == alone.fit.histories
     assert both.histories[COMPANION].cpu_seconds
-    assert shown == one_by_one
-    names = [sorted(file.name for file in (tmp_path / way).iterdir()) for way in ("alone", "both")]
+    assert shown == alone.shown
+    names = [sorted(file.name for file in way.iterdir()) for way in (alone.checkpoints, tmp_path)]
     assert names[0] == names[1]
 
 
@@ -90,22 +105,22 @@ def test_one_core_trains_one_after_the_other(
     assert not companion.has_a_core(work)
 
 
-def test_error_of_the_other_program_is_raised_here(folder: Path, tmp_path: Path) -> None:
-    fitted(folder, tmp_path, True)
-    kept = {file.stat().st_mtime_ns: file for file in tmp_path.glob("surrogate-*.pt")}
+def test_error_of_the_other_program_is_raised_here(
+    folder: Path, alone: Alone, tmp_path: Path
+) -> None:
+    """The checkpoint of the companion is damaged, which was the last surrogate to be trained."""
+    kept = {file.stat().st_mtime_ns: file for file in alone.checkpoints.glob("surrogate-*.pt")}
     last = kept[max(kept)]
-    for file in tmp_path.glob("*"):
-        if file != last:
-            file.unlink()
-    last.write_bytes(last.read_bytes()[:-9])
+    (tmp_path / last.name).write_bytes(last.read_bytes()[:-9])
     with pytest.raises(DamagedFileError, match=last.name):
         fitted(folder, tmp_path, True)
 
 
 @pytest.mark.extended
-def test_program_that_was_ended_is_told_with_what_remains(folder: Path, tmp_path: Path) -> None:
-    work = Work(case_of(RECIPE), folder, tmp_path, lambda name: silent)
-    fit, _ = fitted(folder, tmp_path, False)
+def test_program_that_was_ended_is_told_with_what_remains(
+    folder: Path, alone: Alone, tmp_path: Path
+) -> None:
+    work, fit = Work(case_of(RECIPE), folder, tmp_path, lambda name: silent), alone.fit
     with Companion(work, True) as begun:
         begun.begin(fit.recipe, fit.surrogate.output_scaling)
         assert begun._first is not None

@@ -139,8 +139,12 @@ def test_trials_that_were_done_are_not_done_again(
 
 @pytest.mark.parametrize("change", ["order", "range"])
 def test_trials_of_another_network_or_another_range_are_tried_anew(
-    tmp_path: Path, change: str
+    tmp_path: Path, change: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(feature_search, "SHORT", {"starts": 1, "iterations": 1})
+    once = {"start_iterations": 1, "kept": 1, "kept_iterations": 1, "part": 2}
+    monkeypatch.setattr(feature_search, "SHORT_EXPERT", once)
+
     def errors(folder: Path, network: StateSpaceRecipe, scale: float = 1.0) -> list[float]:
         made = trials(folder, ANGLE)
         wider = replace(made.offered.scaling, scale=scale * made.offered.scaling.scale)

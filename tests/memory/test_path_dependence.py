@@ -314,10 +314,10 @@ def test_system_that_forgets_or_has_another_reason_is_let_through(name: str) -> 
 
 
 @pytest.mark.parametrize(
-    "model", [models.bistable, models.bouc_wen, models.first_order_lag, models.thermal_masses]
+    "name", first(["bistable", "first_order_lag", "thermal_masses", "bouc_wen"], 3)
 )
-def test_other_systems_without_fading_memory_are_let_through(model: Any) -> None:
-    assert path_dependence_without_recipe(load_system(model())) is None
+def test_other_systems_without_fading_memory_are_let_through(name: str) -> None:
+    assert path_dependence_without_recipe(load_system(getattr(models, name)())) is None
 
 
 def refuse(folder: Path, step: float | None, damping: float) -> list[int]:

@@ -174,6 +174,15 @@ def no_further(surrogate: Surrogate, index: int, value: float, *others: float) -
     return float(np.clip(value, min(offset - scale, *others), max(offset + scale, *others)))
 
 
+def through(times: list[float], values: list[float], time: float) -> float:
+    """The polynomial through values at times, at another one: by Lagrange's formula."""
+    total = 0.0
+    for own, value in zip(times, values, strict=True):
+        others = [other for other in times if other != own]
+        total += value * math.prod((time - other) / (own - other) for other in others)
+    return total
+
+
 HELD, MOVED, TOLD = range(3)
 """What an input does in a step."""
 
@@ -321,8 +330,9 @@ class MovingOracle(ResamplingOracle):
                 self.goal[i], ways[i] = moved[i], TOLD
 
     def _step_at(self, time: float) -> int:
-        slack = SLACK * self.surrogate.window.step
-        return max((k for k, begin in enumerate(self.begins) if begin <= time + slack), default=0)
+        latest = time + SLACK * self.surrogate.window.step
+        newest_first = range(len(self.begins) - 1, 0, -1)
+        return next((k for k in newest_first if self.begins[k] <= latest), 0)
 
     def _end(self, step: int) -> tuple[float, FloatArray]:
         last = step + 1 == len(self.rows)
@@ -363,9 +373,7 @@ class MovingOracle(ResamplingOracle):
         x = [0.0]
         for later, before in itertools.pairwise(rows):
             x.append(x[-1] - change_to(signal, before, later, index))
-        scaled = (np.array(times) - end) / self.surrogate.window.step
-        coefficients = np.linalg.solve(np.vander(scaled), x)
-        change = np.polyval(coefficients, (time - end) / self.surrogate.window.step)
+        change = through(times, x, time)
         if signal.angle == "cosine":
             return turned(after[index : index + 2], change)
         return (after[index] + change,)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -161,6 +162,7 @@ UNSETTLED = 5
 """Newest samples of held inputs that following ones may change."""
 
 
+@cache
 def shares_of(later: int, earlier: int) -> FloatArray:
     """What an input that changes within a sample adds to it and those beside it, by its moments.
 

@@ -65,7 +65,7 @@ MODULES = {
          "tests/validation/test_speed.py", "tests/validation/test_validation.py",
          "tests/validation/test_moving_inputs.py", "tests/validation/test_inputs_that_bend.py",
          "tests/validation/test_parameters.py", "tests/report/test_charts.py",
-         "tests/validation/test_worker_processes.py"),
+         "tests/validation/test_worker_processes.py", "tests/validation/test_at_once.py"),
     ),
     "sizing": Module(
         ("slide_fmu/memory/sizing.py", "slide_fmu/memory/motions.py"),

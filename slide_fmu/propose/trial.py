@@ -241,8 +241,10 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
             try:
                 simulate_draw(system, draw(mixed, system, stream, 0, kind=index))
             except SimulationError as error:
-                failed.append(f"a motion of the kind {name!r} of {table} could not be simulated: ")
-                failed[-1] += str(error)
+                failed.append(
+                    f"a motion of the kind {name!r} of {table} could not be simulated: {error}; "
+                    "give it smaller amplitudes or lower frequencies there, or correct the model"
+                )
         if failed and stream.beyond:
             failed = [
                 f"{len(failed)} of {len(kinds)} kinds of motions could not be simulated at "
@@ -252,7 +254,9 @@ def _failures_of_kinds(case: Case) -> tuple[str, ...]:
         remarks += failed
     if untried:
         remarks.append(
-            f"there was no time to simulate {untried} of the kinds of motions that the run needs"
+            f"there was no time to simulate {untried} of the kinds of motions that the run needs: "
+            "nothing to do, unless the run says that the model fails on them. A faster model or "
+            "a larger window.step leaves time for more"
         )
     return tuple(remarks)
 

@@ -160,7 +160,21 @@ def test_trial_tells_kinds_that_no_network_learns_from_and_that_fail(
     of_steps = "a motion of the kind 'steps' of bound.excitation could not be simulated: "
     assert (of_steps in told) is (amplitude == "1.0")
     assert ("the spring breaks" in told) is (amplitude == "1.0")
+    assert ("give it smaller amplitudes or lower frequencies there" in told) is (
+        amplitude == "1.0"
+    )
     assert "multisine" not in told
+
+
+@pytest.mark.extended
+def test_trial_without_time_says_what_becomes_of_the_other_kinds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial, "MOST_TIME", -1.0)
+    told = remarks_on_other_kinds(tmp_path, "0.1")
+    assert (
+        "no time to simulate 3 of the kinds of motions that the run needs: nothing to do" in told
+    )
 
 
 @pytest.mark.extended

@@ -209,7 +209,7 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     of_loops = (text for loop in draft.loops for text in loop.warnings)
     on_frequencies = remarks_on_frequencies(options.band, seen, declarations.kind)
     remarks = (
-        *(*before, *of_file, *on_frequencies),
+        *(*before, *_on_units(draft), *of_file, *on_frequencies),
         *(*seen.remarks, *of_outputs, *of_loops, *of_recipe),
     )
     return Proposal(recipe_text(draft), draft, remarks)
@@ -299,6 +299,19 @@ def _on_hold(declarations: ModelDeclarations, draft: ModelDraft) -> list[str]:
     made = replace(declarations.specification, step=draft.step, parameters=parameters)
     remark = load_system(made).input_remark if declarations.declared.kind == "fmu" else None
     return [] if remark is None else [remark]
+
+
+def _on_units(draft: ModelDraft) -> list[str]:
+    """Return a remark on signals of which an FMU names no unit."""
+    if draft.declared.kind != "fmu":
+        return []
+    names = [one.name for one in (*draft.inputs, *draft.outputs) if one.table.unit is None]
+    if not names:
+        return []
+    return [
+        f"the FMU names no unit of {', '.join(names)}: write them into the recipe, as unit = "
+        '"degC", and they stand in FMU, report and charts'
+    ]
 
 
 def _begin(options: InitOptions) -> ModelDeclarations:

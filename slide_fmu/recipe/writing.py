@@ -19,6 +19,9 @@ from slide_fmu.systems.declared import DeclaredModel, DeclaredParameter, SignalT
 WIDTH = 96
 """Comments are wrapped to this many columns."""
 
+NO_UNIT_KNOWN = '"N"  # the model names none: write yours, as "m", "rad/s" or "degC"'
+"""What stands behind the key of a unit that is not known."""
+
 SHORT, LONG = 6, 60
 """Numbers of steps over which an error bound averages."""
 
@@ -297,6 +300,8 @@ def _signal_lines(what: str, signal: DraftSignal) -> list[str]:
         value = getattr(signal.table, key)
         if value is not None:
             lines.append(f"{key} = {value_text(value)}")
+        elif key == "unit":
+            lines.append(f"# unit = {NO_UNIT_KNOWN}")
     return [*lines, ""]
 
 

@@ -200,6 +200,9 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
     assert recipe.data.substeps == substeps
+    assert "the FMU names no unit of road, suspension_travel: " in " ".join(proposal.remarks)
+    assert proposal.text.count('\n# unit = "N"  # the model names none') == 2
+    assert len(set(proposal.remarks)) == len(proposal.remarks)
 
 
 @pytest.mark.extended

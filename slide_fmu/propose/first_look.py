@@ -131,6 +131,7 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
         nothing, none = np.empty(0), np.empty(0, dtype=bool)
         return FirstLook(step, origin, nothing, nothing, none, 0, tuple(remarks), none, none)
     system = load_system(replace(settings.specification, step=step))
+    known = system.remarks  # the model's declarations have these
     lasts = path_dependence_without_recipe(system)
     if lasts is not None:
         raise NotForgettingError(str(lasts))
@@ -142,6 +143,7 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
     still = [(np.ptp(rows[len(rows) // 2 :], axis=0) == 0) for rows in seen.all]
     ends_at_rest = _ends_at_rest(seen.held, low, high)
     remarks += [*seen.remarks, *_idle_inputs(system, kinds[0])]
+    remarks += [remark for remark in system.remarks if remark not in known]
     return FirstLook(
         step,
         origin,

@@ -148,6 +148,13 @@ def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None
     assert not asks_for_band(found)
 
 
+def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> None:
+    spring.write_text(SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
+    found = propose(InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02), silent)
+    (remark,) = [one for one in found.remarks if "one after the other" in one]
+    assert "spring.py, line 10)" in remark
+
+
 def test_proposal_asks_for_working_frequencies_where_rates_limit_the_sines(spring: Path) -> None:
     spring.write_text(
         SPRING.replace("u, p):\n    return [x[1], u[0]", "u, p, du):\n    return [x[1], du[0]")

@@ -153,8 +153,8 @@ def init(
         typer.Option(
             metavar="LOW..HIGH",
             help="Lowest and highest frequency in Hz at which the machine works, as in 10..25: a "
-            "quarter of the motions are sines in this band, up to the whole range. Default: "
-            "sines of all frequencies.",
+            "quarter of the motions are sines in this band, up to the whole range, and the step "
+            "follows from it. Default: sines of all frequencies.",
         ),
     ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,

@@ -28,6 +28,7 @@ from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.path_dependence import path_dependence_without_recipe
 from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.propose.lasting_tones import Tone, answers_to, tones_of
+from slide_fmu.propose.working_step import working_step
 from slide_fmu.recipe.default_excitation import KindTable
 from slide_fmu.recipe.tables import DataRecipe
 from slide_fmu.systems.base import Linearizable, Motion, System
@@ -50,6 +51,8 @@ further than that beyond an output at rest, it is an end that no motion passes."
 
 USUAL = (1, 2, 5, 10)
 """Usual communication steps of importers, in ms."""
+NEAR_USUAL = 10
+"""Those are told that are shorter or longer than the sample step by no more than this factor."""
 
 MakeTables = Callable[..., Sequence[KindTable]]
 """Makes the tables of the excitation for a sample step in s, and for ``resonances`` that are known
@@ -94,6 +97,7 @@ class FirstLookSettings:
         excitation: makes the tables by which ranges of outputs are found; None if they are known.
         driven: whether the inputs are set points of drives or an angle.
         only_step: the step in s whose multiples alone the model takes; None if it takes any.
+        highest: highest frequency in Hz at which the machine works; None if not known.
     """
 
     specification: Specification
@@ -101,6 +105,7 @@ class FirstLookSettings:
     excitation: MakeTables | None
     driven: bool = False
     only_step: float | None = None
+    highest: float | None = None
 
     @property
     def first_step(self) -> float:
@@ -175,6 +180,8 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
         for step in (begin, 10 * begin, 100 * begin):  # it may move slowly
             if (lasts := path_dependence_without_recipe(make(step))) is not None:
                 raise NotForgettingError(str(lasts))
+    if settings.highest is not None:
+        return *_step_at_work(make, first, settings.highest), None
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
     proposed = proposed_step(make, begin, progress, enough, settings.driven)
@@ -200,7 +207,28 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
         )
         return step, f"{origin} {_why(step, seen, hold)}", failed
     origin = "This step is assumed, since the outputs show no dynamics of their own."
-    return step, f"{origin} {_fitting(step)}", failed
+    return step, f"{origin}{_fitting(step)}", failed
+
+
+def _step_at_work(
+    make: Callable[[float], System], first: System, highest: float
+) -> tuple[float, str]:
+    """Return the step in s for a machine that works up to a frequency in Hz, and its origin."""
+    found = working_step(make, first, highest)
+    origin = (
+        f"The step follows from the working frequencies, up to {highest:.3g} Hz. "
+        f"{_why(found.for_inputs, highest, hold_of(first.inputs))}"
+    )
+    if found.step < found.for_inputs:
+        origin += (
+            f" Outputs are faster than the inputs there, and need a step of {found.step:g} s."
+        )
+    if found.lost is not None:
+        origin += (
+            f" Under tones there, over the whole ranges, outputs between samples differ by "
+            f"{percent(found.lost)} of their standard deviation from a smooth curve."
+        )
+    return found.step, origin
 
 
 def _why(step: float, frequency: float, hold: Hold) -> str:
@@ -209,21 +237,21 @@ def _why(step: float, frequency: float, hold: Hold) -> str:
     if hold == "first_order":
         lost = percent(lost_by_lines(frequency, step))
         text += f" At this frequency, straight lines between samples lose {lost} of the amplitude."
-    return f"{text} {_fitting(step)}"
+    return f"{text}{_fitting(step)}"
 
 
 def _fitting(step: float) -> str:
-    """Say which usual steps of importers go with a step in s."""
+    """Say which usual steps of importers go with a step in s; empty where none is near it."""
 
     def fits(other: float) -> bool:
         ratio = max(step, other) / min(step, other)
-        return math.isclose(ratio, round(ratio), rel_tol=1e-6)
+        return ratio < 1.01 * NEAR_USUAL and math.isclose(ratio, round(ratio), rel_tol=1e-6)
 
-    *others, last = [str(usual) for usual in USUAL if fits(usual / 1000.0)]
-    return (
-        f"The step fits those that importers often have: {', '.join(others)} and {last} ms are "
-        "whole parts or multiples of it."
-    )
+    fitting = [str(usual) for usual in USUAL if fits(usual / 1000.0)]
+    if not fitting:
+        return ""
+    named = " and ".join(filter(None, [", ".join(fitting[:-1]), fitting[-1]]))
+    return f" Usual steps of importers that are whole parts or multiples of it: {named} ms."
 
 
 def _is_free(system: System) -> bool:

@@ -53,11 +53,16 @@ def remarks_on_frequencies(
 
 
 def near_resonances(seen: FirstLook, step: float) -> tuple[float, float] | None:
-    """Return frequencies in rad/s from near the lowest resonance to near the highest one."""
-    if not seen.resonances:
+    """Return frequencies in rad/s from near the lowest resonance to near the highest one.
+
+    Resonances that the step in s cannot carry do not count.
+    """
+    highest = highest_frequency(step)
+    within = [hz for hz in seen.resonances if in_rad(hz, hz)[1] < highest]
+    if not within:
         return None
-    low, high = in_rad(NEAR[0] * min(seen.resonances), NEAR[1] * max(seen.resonances))
-    return low, max(low, min(high, highest_frequency(step)))
+    low, high = in_rad(NEAR[0] * min(within), NEAR[1] * max(within))
+    return low, min(high, highest)
 
 
 def in_rad(low: float, high: float) -> tuple[float, float]:

@@ -378,6 +378,7 @@ def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progr
         excitation,
         driven,
         _only_step(declared, options),
+        None if options.band is None else options.band[1],
     )
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress

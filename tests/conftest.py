@@ -11,6 +11,7 @@ from hypothesis import settings
 
 from slide_fmu.core.search_path import make_importable
 from tests.browser import Browser, browser
+from tests.few_motions import few_motions
 from tests.time_log import (
     pytest_collection_modifyitems,
     pytest_configure,
@@ -44,6 +45,21 @@ def _temporary_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
         patch.setattr(tempfile, "tempdir", folder)
         for name in ("TMPDIR", "TEMP", "TMP"):  # for programs that tests start
             patch.setenv(name, folder)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _times_are_told_soon() -> Iterator[None]:
+    """How long a simulation takes, by which runs say what is left, is measured for a moment."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slide_fmu.data.simulation_time.TIMED", 0.1)
+        yield
+
+
+@pytest.fixture(name="few_motions")
+def _few_motions() -> Iterator[None]:
+    """The decay is measured on few motions, and an FMU under few tones."""
+    with few_motions():
         yield
 
 

@@ -17,16 +17,13 @@ from typer.testing import CliRunner, Result
 from slide_fmu.cli.app import app
 from slide_fmu.data import pool
 from slide_fmu.data.pool import process_pool
-from slide_fmu.memory import motions
 from tests.estimates import kept_estimates
+from tests.few_motions import few_motions
 from tests.libraries import build_libraries, one_process
 from tests.recipes import LINEAR_NETWORK
 
 ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "finished_runs"
-FEW_MOTIONS = 4
-"""Motions that a window is sized by where no test looks at the decay."""
-
 SMALL_DUFFING = """
 name = "small_duffing"
 description = "Duffing oscillator, small enough for a test"
@@ -273,8 +270,7 @@ def _run(folder: Path, name: str, text: str, workers: int) -> None:
     build_libraries()  # else an FMU may get those of other sources, which lie there
     recipe, figures = folder / f"{name}.toml", folder / f"{name}.json"
     recipe.write_text(text, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(motions, "MOTIONS", FEW_MOTIONS)
+    with few_motions(), pytest.MonkeyPatch.context() as patch:
         if workers == 0:  # the console script asks for one at least
             patch.setattr(pool, "process_pool", lambda _: process_pool(0))
         result = invoke(

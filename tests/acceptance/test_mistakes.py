@@ -13,11 +13,9 @@ import pytest
 
 from slide_fmu.cli.console import errors
 from slide_fmu.fmu.export import read_fmu, read_member
-from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import open_job, provenance
 from slide_fmu.pipeline.run_folder import TrainedSurrogate
 from tests.acceptance.conftest import (
-    FEW_MOTIONS,
     SMALL_DUFFING,
     SMALL_LINEAR,
     Finished,
@@ -211,10 +209,10 @@ def test_seed_of_the_training_reaches_the_provenance_of_the_fmu(
 
 
 @pytest.mark.extended
+@pytest.mark.usefixtures("few_motions")
 def test_run_fails_where_the_surrogate_errs_by_more_than_the_recipe_requires(
-    duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    duffing: Finished, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     runs, recipe = tmp_path / "runs", tmp_path / duffing.recipe.name
     shutil.copytree(duffing.runs, runs)
     gate = "\n[validation]\ntrajectories = 1\nduration = 4.0\nrequire = 1e-6\n"

@@ -12,8 +12,7 @@ import typer.main
 
 from slide_fmu.cli.app import app
 from slide_fmu.fmu.export import read_fmu
-from slide_fmu.memory import motions
-from tests.acceptance.conftest import FEW_MOTIONS, invoke
+from tests.acceptance.conftest import invoke
 from tests.marks import APPS, needs_app
 
 OF_APPS = {
@@ -109,6 +108,7 @@ def with_small_numbers(recipe: Path) -> None:
 
 
 @pytest.mark.extended
+@pytest.mark.usefixtures("few_motions")
 def test_commands_of_the_readme_make_an_fmu_with_a_small_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -120,7 +120,6 @@ def test_commands_of_the_readme_make_an_fmu_with_a_small_error(
     planned = subprocess.run(["make", "-n", "demo"], cwd=ROOT, capture_output=True, text=True)
     assert "slide-fmu run training/duffing_demo.toml" in planned.stdout
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
     for command in shell_commands()[2:]:
         program, *arguments = shlex.split(command)
         assert program == "slide-fmu"

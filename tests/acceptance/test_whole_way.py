@@ -14,9 +14,8 @@ import pytest
 from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.fmu.export import read_fmu, read_member
 from slide_fmu.importer.file import unpacked
-from slide_fmu.memory import motions
 from slide_fmu.recipe.case import case_of
-from tests.acceptance.conftest import FEW_MOTIONS, SMALL_DUFFING, Finished, invoke
+from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
 from tests.marks import APPS, essential, needs_app
 
@@ -115,6 +114,7 @@ def alone(duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     return Path(shutil.copy(duffing.fmu, tmp_path / "alone.fmu"))
 
 
+@pytest.mark.usefixtures("few_motions")
 def test_validate_finds_the_reference_from_the_fmu_alone(
     duffing: Finished, alone: Path, tmp_path: Path
 ) -> None:
@@ -137,6 +137,7 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
 
 
 @pytest.mark.extended
+@pytest.mark.usefixtures("few_motions")
 def test_validate_is_repeated_by_its_seed_and_keeps_reports_of_other_amplitudes(
     duffing: Finished, alone: Path, tmp_path: Path
 ) -> None:
@@ -152,6 +153,7 @@ def test_validate_is_repeated_by_its_seed_and_keeps_reports_of_other_amplitudes(
     assert kept.parent.with_name("validation_at_1_to_2").joinpath("report.html").is_file()
 
 
+@pytest.mark.usefixtures("few_motions")
 def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
     """The JSON's figures against a computation from the models themselves, without FMUs."""
     from slide_fmu.data.draws import TEST, Stream, draw
@@ -225,10 +227,8 @@ def times_of_trajectories(finished: Finished) -> dict[str, int]:
     return {path.name: path.stat().st_mtime_ns for path in folder.rglob("*.npz")}
 
 
-def test_finished_run_is_not_done_again(
-    duffing: Finished, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
+@pytest.mark.usefixtures("few_motions")
+def test_finished_run_is_not_done_again(duffing: Finished) -> None:
     before = times_of_trajectories(duffing)
     with kept_estimates():
         result = invoke("train", duffing.recipe, "--runs", duffing.runs, "--json", "-")
@@ -272,10 +272,8 @@ def test_mistake_in_a_recipe_is_answered_with_a_remedy(
     assert "Traceback" not in result.output
 
 
-def test_short_window_is_accepted_with_allow_short(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
+@pytest.mark.usefixtures("few_motions")
+def test_short_window_is_accepted_with_allow_short(tmp_path: Path) -> None:
     recipe = tmp_path / "short.toml"
     text = SMALL_DUFFING.replace("n_in = 72", "n_in = 40\nallow_short = true")
     recipe.write_text(text, encoding="utf-8")

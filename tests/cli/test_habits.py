@@ -15,11 +15,10 @@ from slide_fmu.cli.console import progress_bars
 from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
 from slide_fmu.fmu.export import PROVENANCE, SURROGATE, export_fmu, read_fmu
-from slide_fmu.memory import motions
 from slide_fmu.pipeline.job import open_job
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.validation.row import row_at
-from tests.acceptance.conftest import FEW_MOTIONS, SMALL_LINEAR
+from tests.acceptance.conftest import SMALL_LINEAR
 from tests.cosim.damage import members_of, packed, without
 from tests.marks import of_app
 from tests.own_models.quarter_car import build_in_c
@@ -195,10 +194,8 @@ def test_compiler_of_the_libraries_helps_and_compiles_nothing() -> None:
     assert wrong.returncode == 2
 
 
-def test_window_keeps_its_figures_in_the_run_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(motions, "MOTIONS", FEW_MOTIONS)
+@pytest.mark.usefixtures("few_motions")
+def test_window_keeps_its_figures_in_the_run_folder(tmp_path: Path) -> None:
     recipe, runs = tmp_path / "small.toml", tmp_path / "runs"
     recipe.write_text(SMALL_LINEAR, encoding="utf-8")
     result = CliRunner().invoke(app, ["window", str(recipe), "--runs", str(runs), "--json", "-"])

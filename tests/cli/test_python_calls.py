@@ -15,7 +15,6 @@ import slide_fmu as slide
 from slide_fmu import RunResult, learn, validate
 from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.fmu.export import load, read_fmu
-from slide_fmu.memory import motions
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.propose.object_recipe import recipe_tables
 from slide_fmu.recipe.default_excitation import default_excitation
@@ -23,6 +22,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.systems.base import System
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.function.system import FunctionSystem
+from tests.few_motions import few_motions
 from tests.recipes import TINY
 from tests.refusals import refused
 from tests.systems.function_models import specifications as models
@@ -39,6 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@pytest.mark.usefixtures("few_motions")
 def test_run_of_a_recipe_gives_surrogate_fmu_report_and_errors(folder: Path) -> None:
     result = slide.run(folder / "tiny.toml", runs=folder / "runs", trajectories=1, workers=0)
     assert result.fmu == folder / "runs" / "tiny" / "tiny.fmu"
@@ -52,6 +53,7 @@ def test_run_of_a_missing_recipe_names_it(folder: Path) -> None:
         slide.run(folder / "nothere.toml", runs=folder / "runs")
 
 
+@pytest.mark.usefixtures("few_motions")
 def test_validate_measures_on_the_trajectories_that_it_is_told() -> None:
     figures = slide.validate(LINEAR, trajectories=1, duration=5.0, workers=0)
     assert figures["trajectories"] == 1
@@ -110,8 +112,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def learnt(runs: Path) -> RunResult:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(motions, "MOTIONS", 4)
+    with few_motions():
         return learn(oscillator(), "oscillator", runs=runs, **SMALL)
 
 
@@ -146,6 +147,7 @@ def test_functions_whose_inputs_move_are_learnt_as_these_bend(tmp_path: Path) ->
     assert not other.forecast.sampled
 
 
+@pytest.mark.usefixtures("few_motions")
 def test_fmu_of_an_object_is_measured_again_with_the_object(learnt: RunResult) -> None:
     with refused(LoadError, "Python session", "system="):
         validate(learnt.fmu, trajectories=1, workers=0)

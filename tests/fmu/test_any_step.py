@@ -165,9 +165,12 @@ def test_shorter_steps_than_a_thirty_second_are_joined(load: Load) -> None:
     count = 80 * 15
     inputs = np.linspace(-1, 1, count)[:, None]
     found = go(native, [1 / 80] * count, inputs)
-    expected = np.array([oracle.step(STEP / 80, row)[0] for row in inputs[: count // 2]])
     slope = 80 * (inputs[1] - inputs[0])  # per h
-    assert np.max(np.abs(found[: count // 2] - expected)) < 20 * slope * (1 / 32 + 1 / 80)
+    for k, row in enumerate(inputs[: count // 2]):
+        oracle.append(STEP / 80, row)
+        if k % 7 == 0:  # comes at all times within a sample
+            off = np.abs(found[k] - oracle.results()[0])
+            assert off.max() < 20 * slope * (1 / 32 + 1 / 80)
 
 
 @pytest.mark.parametrize("long", [9.5, 10.0, 20.5])

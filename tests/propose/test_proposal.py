@@ -12,7 +12,6 @@ from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
 from slide_fmu.core.search_path import make_importable
-from slide_fmu.data import simulation_time
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
@@ -517,7 +516,6 @@ validation = 1
 def test_window_that_is_too_short_is_told_once(
     lag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulation_time, "TIMED", 0.1)
     monkeypatch.setattr(motions, "MOTIONS", 12)
     monkeypatch.setattr(motions, "LINEARIZED_MOTIONS", 4)
     (tmp_path / "lag.toml").write_text(SHORT)

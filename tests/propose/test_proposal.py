@@ -149,7 +149,7 @@ def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None
 
 def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> None:
     spring.write_text(SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
-    found = propose(InitOptions(str(spring), {"force": (-2.0, 2.0)}, step=0.02), silent)
+    found = proposed(spring, step=0.02)
     (remark,) = [one for one in found.remarks if "one after the other" in one]
     assert "spring.py, line 10)" in remark
 
@@ -200,9 +200,8 @@ def test_proposal_for_an_fmu_that_is_run_by_steps_has_whole_ones(
     here: Path, step: float | None, found: float, substeps: int
 ) -> None:
     car = build_in_python(here / "car.fmu")
-    recipe = recipe_of(
-        proposed(car, ROAD, outputs=("suspension_travel",), step=step, fmu_step=1e-3)
-    )
+    proposal = proposed(car, ROAD, outputs=("suspension_travel",), step=step, fmu_step=1e-3)
+    recipe = recipe_of(proposal)
     assert recipe.window.step == pytest.approx(found)
     assert recipe.system.parameters == {"fmu-step": 1e-3}
     assert recipe.data.substeps == substeps

@@ -22,8 +22,9 @@ from slide_fmu.systems.base import System
 
 OUTPUTS = 0.5
 """Output samples of a window, relative to its truncated samples: a third of the window."""
-WINDOWS = 4
-"""Length of a trajectory in windows, so that its burn-in is a small part of the work."""
+WINDOWS = 2
+"""Length of a trajectory in windows. Of longer ones, the burn-in would be a smaller part of the
+work; but a system forgets, so that as many samples in more trajectories teach more."""
 LEAST_SAMPLES = 1024
 """Smallest number of scored samples in a trajectory: some segments of a training."""
 ROUNDS = 4

@@ -11,13 +11,20 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import final
 
-from slide_fmu.fitting.state_space.amounts import PER_PARAMETER, SEGMENT, THINNEST
+from slide_fmu.fitting.state_space.amounts import (
+    FORGOTTEN_BY_STARTS,
+    LONG_BURN_IN,
+    MOST_OF_STARTS,
+    PER_PARAMETER,
+    SEGMENT,
+    THINNEST,
+)
 from slide_fmu.pipeline.numbers import (
-    BOUND,
-    CALIBRATION,
     FIRST,
     MOST,
     VALIDATION,
+    cheap,
+    numbers_of_bound,
 )
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
@@ -30,6 +37,8 @@ ORDER = WINDOW, CURVE, DATA, TRAINING, ESTIMATE, COMPANION, HEAD, MEASURING
 OPERATIONS = 1e10
 """Floating point operations of a core in a second, in the sums of an iteration: on 54 to 320
 segments of 1152 samples, a network with 5 states and 16 hidden units reached 1.0e10 to 1.2e10."""
+OF_SAMPLE = 1.5e-4
+"""Time in s of a sample in an iteration, however few segments there are: calls of torch."""
 STATES, UNITS = 6, 16
 SIZES = UNITS, 2 * UNITS
 """Numbers of states and hidden units that are assumed where a search finds them. It tries more
@@ -43,7 +52,7 @@ STEP_OF_HEAD = 2e-3
 FURTHER, CONSTANT = 16, 12
 """Number of further kinds of input, which have as many motions as a kind in range: one of smooth
 inputs, ten cells of tones, and about five as users set them. Then come constant inputs."""
-OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 2.5, 3e-5, 8, 5.0
+OF_SIMULATION, STEP_OF_FMU, CALLS, WRITING = 2.5, 3e-6, 6, 5.0
 """Measuring simulates all motions this many times, since some go by finer steps, and runs the FMU
 in this number of calls; documents and FMU take WRITING s."""
 
@@ -75,11 +84,15 @@ def estimated_work(
         cost: time in s in which one process simulates a second.
         n_signals: numbers of inputs and outputs.
     """
-    found = "data.train" in open_keys
-    train = Span(FIRST, MOST) if found else Span(recipe.data.train, recipe.data.train)
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
+    known = MOST if cheap(of_simulated) else recipe.data.train
+    found = "data.train" in open_keys and not cheap(of_simulated)
+    train = Span(FIRST, MOST) if found else Span(known, known)
     fits = _Fits(recipe, *n_signals)
-    work = {WINDOW: Span(), DATA: _numbers(recipe, open_keys, train).times(of_simulated)}
+    work = {
+        WINDOW: Span(),
+        DATA: _numbers(recipe, open_keys, train, of_simulated).times(of_simulated),
+    }
     if found:
         work[CURVE] = Span(*(sum(curve_points(recipe, fits, of_simulated)[:n]) for n in (1, None)))
     work[TRAINING] = Span(fits.surrogate(train.low, True), fits.surrogate(train.high, False))
@@ -107,8 +120,8 @@ def curve_points(recipe: Recipe, fits: _Fits, of_simulated: float) -> list[float
     return points
 
 
-def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span) -> Span:
-    """Return how many trajectories a run makes."""
+def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span, cost: float) -> Span:
+    """Return how many trajectories a run makes, of which each takes ``cost`` s."""
     known = Span(*(sum(recipe.count(s) for s in SPLITS if s not in OF_BOUND),) * 2)
     if "data.train" in open_keys:
         known = train.times(1.25)
@@ -116,19 +129,42 @@ def _numbers(recipe: Recipe, open_keys: Collection[str], train: Span) -> Span:
         return known
     if "data.bound" not in open_keys:
         return known + Span(*(sum(recipe.count(split) for split in OF_BOUND),) * 2)
-    return known + Span(BOUND[0] + CALIBRATION[0], BOUND[1] * 1.5 + CALIBRATION[1]) + train
+    kinds = len(recipe.mix())
+    ends = []
+    for count in (train.low, train.high):
+        companion, head, calibration = numbers_of_bound(round(count), cost, kinds)
+        own = 0 if companion == "train" else int(companion)
+        ends.append(own + 1.5 * head + calibration)
+    return known + Span(*ends)
 
 
 def _measuring(recipe: Recipe, cost: float) -> Span:
-    validation = recipe.validation
     each_takes = cost * (recipe.data.duration + recipe.data.burn_in)
     further = FURTHER * recipe.unseen_of_kind(None, each_takes) + CONSTANT
     simulated = (recipe.unseen(None, each_takes) + further) * (
-        validation.duration or recipe.data.duration
+        recipe.measured_duration() + recipe.data.burn_in
     )
     steps = simulated / recipe.window.step
     time = OF_SIMULATION * cost * simulated + CALLS * STEP_OF_FMU * steps + WRITING
     return Span(time / 1.5, 1.5 * time)
+
+
+@final
+@dataclass(frozen=True)
+class _Pieces:
+    """Pieces are what an iteration runs on: samples of a burn-in and scored ones of segments."""
+
+    burn_in: int
+    scored: int
+    count: float
+
+    def of_residuals(self, residuals: float, n_outputs: int, kept: float = 1.0) -> _Pieces:
+        """Return pieces with fewer residuals, with a part of the burn-in (``fit_data``)."""
+        burn_in, scored = self.burn_in, self.scored
+        if burn_in > LONG_BURN_IN:
+            burn_in = math.ceil(kept * burn_in)
+            scored = max(SEGMENT, burn_in // 4)
+        return _Pieces(burn_in, scored, max(1.0, residuals / (scored * n_outputs)))
 
 
 @final
@@ -140,25 +176,34 @@ class _Fits:
     n_inputs: int
     n_outputs: int
 
-    def iteration(self, train: float, units: int | None = None) -> float:
-        """Return the time in s of an iteration of a network on a number of trajectories."""
+    def iteration(self, train: float, units: int | None = None, start: bool = False) -> float:
+        """Return the time in s of an iteration of a network on a number of trajectories.
+
+        Starts are fitted to a part of them.
+        """
         network, window = self.recipe.network, self.recipe.window
+        training = self.recipe.training
         if not isinstance(network, StateSpaceRecipe):
             return 0.0
+        assert isinstance(training, LeastSquaresRecipe)
         order = STATES if network.order == "auto" else network.order + network.padding
         hidden = (units or UNITS) if network.hidden == "auto" else network.hidden
         burn_in = window.n_in - window.n_out
         samples = round(self.recipe.data.duration / window.step)
-        scored = max(SEGMENT, burn_in)
-        pieces = max(1, round((samples - burn_in) / scored))
+        pieces = max(1, round((samples - burn_in) / max(SEGMENT, burn_in)))
+        whole = _Pieces(burn_in, (samples - burn_in) // pieces, train * pieces)
+        residuals = whole.count * whole.scored * self.n_outputs
         dynamic = order * (order + self.n_inputs + hidden) + hidden * (order + self.n_inputs + 1)
         weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
-        # of very many data, a part of every trajectory (``FitData.for_refinement``)
-        residuals = train * pieces * scored * self.n_outputs
-        train /= max(1.0, residuals // (PER_PARAMETER * weights))
-        run = 2 * order * order * dynamic * network.substeps * (burn_in + scored)
-        summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic) * scored
-        return train * pieces * (run + summed) / OPERATIONS
+        if start:
+            most = min(residuals / training.expert.part, MOST_OF_STARTS)
+            whole = whole.of_residuals(most, self.n_outputs, FORGOTTEN_BY_STARTS)
+        elif residuals >= 2 * PER_PARAMETER * weights:  # of very many data, some
+            whole = whole.of_residuals(PER_PARAMETER * weights, self.n_outputs)
+        length = whole.burn_in + whole.scored
+        run = 2 * order * order * dynamic * network.substeps * length
+        summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic) * whole.scored
+        return length * OF_SAMPLE + whole.count * (run + summed) / OPERATIONS
 
     def surrogate(self, train: float, least: bool) -> float:
         """Return the least or the largest time in s of the surrogate's fit, with its search.
@@ -169,13 +214,13 @@ class _Fits:
         if not isinstance(training, LeastSquaresRecipe):
             return STEP_OF_HEAD * training.steps
         assert isinstance(network, StateSpaceRecipe)
-        part, last = train / training.expert.part, self._last(training, train, least)
+        last = self._last(training, train, least)
         if network.hidden != "auto" and network.order != "auto":
             starts = training.search_iterations(training.starts, training.expert.kept)
-            return last + starts * self.iteration(part)
+            return last + starts * self.iteration(train, start=True)
         runs = training.search_iterations(SEARCHED, 1 if least else SEARCHED)
         sizes = [UNITS] if least or network.hidden != "auto" else SIZES
-        return last + sum(runs * self.iteration(part, size) for size in sizes)
+        return last + sum(runs * self.iteration(train, size, start=True) for size in sizes)
 
     def companion(self, train: float, least: bool) -> float:
         """Return the least or the largest time in s of a companion, whose sizes are known."""
@@ -185,7 +230,7 @@ class _Fits:
         own = bound.expert.companion.of_training(training, 0)
         starts = own.search_iterations(own.starts, min(own.starts, own.expert.kept))
         units = SIZES[0 if least else -1]
-        of_starts = starts * self.iteration(train / own.expert.part, units)
+        of_starts = starts * self.iteration(train, units, start=True)
         return of_starts + self._last(own, train, least)
 
     def _last(self, training: LeastSquaresRecipe, train: float, least: bool) -> float:

@@ -238,11 +238,10 @@ def require_long_trajectories(recipe: Recipe) -> None:
     span = 0 if recipe.estimator is None else recipe.estimator.span or 0
     of_bound = 0 if recipe.bound is None else recipe.bound.samples(window)
     longest = max(window.n_in, window.n_in - window.n_out + span, of_bound)
-    validation = recipe.validation.duration or data.duration
     whole = {
         "data.duration": (data.duration, longest * window.step),
         "validation.duration": (
-            validation,
+            recipe.measured_duration(),
             max(recipe.shortest_validation(), of_bound * window.step),
         ),
     }

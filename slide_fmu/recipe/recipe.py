@@ -96,6 +96,11 @@ MEASURING = 60.0
 """Unseen trajectories whose number a recipe does not give take about this CPU time in s at most,
 but there is one of each kind."""
 
+MEASURED, LEAST_SCORED, LEAST_MEASURED = 1.5, 0.5, 1000
+"""Length of the motions that an FMU is measured on, in windows, the least part that is scored, and
+the least number of samples: more motions tell more than longer ones, which the system has
+forgotten."""
+
 NOT_TRAINED = ("description", "equations", "validation", "apps")
 """Tables of a recipe on which no training depends."""
 
@@ -291,6 +296,17 @@ class Recipe(Table):
     def _kinds_in_turn(self) -> int:
         """Return the number of kinds that take turns; 1 of records, which have none."""
         return max(1, len(self.mix()))
+
+    def measured_duration(self) -> float:
+        """Return the length in s of the motions that an FMU is measured on, after the burn-in."""
+        given, window = self.validation.duration, self.window
+        if given is not None:
+            return given
+        filled = self.shortest_validation() / window.step
+        if self.bound is not None:
+            filled = max(filled, self.bound.samples(window))
+        samples = max(MEASURED * window.n_in, filled + LEAST_SCORED * window.n_in, LEAST_MEASURED)
+        return min(self.data.duration, samples * window.step)
 
     def shortest_validation(self) -> float:
         """Return the least duration in s of a trajectory on which an FMU can be measured.

@@ -121,7 +121,9 @@ class ValidationRecipe(Table):
             not given, 12 of each kind, by which a kind can be judged, or as many of each as can be
             simulated in a minute. Rows of further inputs have as many motions of each kind, but 12
             at most.
-        duration: length of each in s, after the burn-in; as in the training data if not given.
+        duration: length of each in s, after the burn-in. If not given, one and a half input
+            windows, or more where these are less than 1000 samples or the error bound is filled
+            later, but no more than in the training data.
         excitation: kinds of excitation that are held out: they are not used for learning or
             calibration, and the FMU is measured on them separately.
         require: largest relative RMSE of an output on unseen trajectories in range (0.05 is 5 %).

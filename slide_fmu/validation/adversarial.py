@@ -217,7 +217,7 @@ def attack(
         ValueError: the surrogate has no error bound.
     """
     recipe, system = case.recipe, case.reference
-    stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
+    stream = Stream(TEST, seed, (1.0, 1.0), recipe.measured_duration())
     attacks = []
     progress(0, starts)
     for index in range(starts):

@@ -115,7 +115,7 @@ def smooth_motions(surrogate: Surrogate, case: Case, task: Task, each: int) -> S
     hz, step, system = band_of(recipe), recipe.window.step, case.reference_as_it_runs()
     burn_in = round(recipe.data.burn_in / step)
     first = max(burn_in + 1, surrogate.network.memory_length)
-    count = first + round(min(PERIODS / hz[0], task.duration or recipe.data.duration) / step)
+    count = first + round(min(PERIODS / hz[0], task.duration_of(recipe)) / step)
     motions = []
     every = [Sines(system.inputs, hz, n, task.seed) for n in range(max(TRAJECTORIES, each))]
     truths = fine_truths(system, every, [count * times] * len(every))

@@ -57,4 +57,4 @@ class Task:
 
     def duration_of(self, recipe: Recipe) -> float:
         """Return the length of a trajectory in s."""
-        return self.duration or recipe.validation.duration or recipe.data.duration
+        return self.duration or recipe.measured_duration()

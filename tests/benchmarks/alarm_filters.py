@@ -61,7 +61,7 @@ class Seen(NamedTuple):
 def seen(surrogate: Surrogate, recipe: Recipe, seed: int, count: int, stages: Stages) -> Seen:
     """Simulate so many trajectories of a recipe's kinds."""
     system, found = case_of(recipe).system, Seen([], [], [], [])
-    stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
+    stream = Stream(TEST, seed, (1.0, 1.0), recipe.measured_duration())
     assert surrogate.bound is not None
     for index in range(count):
         drawn = draw(recipe, system, stream, index)

@@ -73,7 +73,7 @@ def measured(
 ) -> tuple[FloatArray, dict[str, tuple[FloatArray, bool]]]:
     """Return errors and scales of fresh trajectories, (n, N, n_outputs)."""
     system, progress = case_of(recipe).system, stages("fresh trajectories")
-    duration = recipe.validation.duration or recipe.data.duration
+    duration = recipe.measured_duration()
     stream = Stream(TEST, SEED, (1.0, 1.0), duration)
     errors: list[FloatArray] = []
     scales: dict[str, list[FloatArray]] = {}

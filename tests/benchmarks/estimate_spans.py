@@ -89,7 +89,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     surrogate, found = read_fmu(arguments.fmu)
     recipe = recipe_of_provenance(found, str(arguments.fmu))
     bench = Bench(recipe, surrogate, estimator_of(surrogate), arguments.spans)
-    duration = arguments.duration or recipe.validation.duration or recipe.data.duration
+    duration = arguments.duration or recipe.measured_duration()
     count = recipe.unseen(arguments.trajectories)
     streams = {
         name: Stream(TEST, task.seed, task.amplitude, duration)

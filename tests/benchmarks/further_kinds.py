@@ -122,7 +122,7 @@ def _runs(
 ) -> list[Run]:
     """Simulate fresh trajectories of a recipe's kinds; samples count that a bound counts for."""
     assert surrogate.bound is not None
-    stream = Stream(TEST, seed, (1.0, 1.0), recipe.validation.duration or recipe.data.duration)
+    stream = Stream(TEST, seed, (1.0, 1.0), recipe.measured_duration())
     names, found = names_of(recipe.data.excitation), []
     filled = max(surrogate.window.n_in, surrogate.bound.filling_length)
     for motion in unseen_motions(

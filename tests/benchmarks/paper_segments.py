@@ -102,7 +102,7 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     surrogate, found = read_fmu(arguments.fmu)
     whole = recipe_of_provenance(found, str(arguments.fmu))
     recipe = with_excitation(whole, arguments.excitation)
-    duration = arguments.duration or recipe.validation.duration or recipe.data.duration
+    duration = arguments.duration or recipe.measured_duration()
     count = recipe.unseen(arguments.trajectories)
     stream = Stream(TEST, arguments.seed, tuple(arguments.amplitude), duration)
     unit = surrogate.outputs[0].unit

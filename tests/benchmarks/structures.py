@@ -161,7 +161,7 @@ def motions_of(
     recipe: Recipe, arguments: argparse.Namespace, advance: Progress
 ) -> list[UnseenMotion]:
     """Unseen motions with the reference model's outputs, the same for all variants."""
-    duration = recipe.validation.duration or recipe.data.duration
+    duration = recipe.measured_duration()
     stream = Stream(TEST, arguments.seed, (1.0, 1.0), duration)
     count = recipe.unseen(arguments.trajectories)
     return list(unseen_motions(recipe, case_of(recipe).reference, stream, count, advance))

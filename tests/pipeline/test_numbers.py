@@ -50,6 +50,7 @@ def few_trajectories(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numbers, "FIRST", FEW)
     monkeypatch.setattr(numbers, "VALIDATION", FEW)
     monkeypatch.setattr(numbers, "MOST", 4 * FEW)
+    monkeypatch.setattr(numbers, "CHEAP", -1.0)
 
 
 def opened(folder: Path, text: str = OPEN, bar: Stages = no_stages) -> Job:
@@ -304,8 +305,21 @@ def test_nothing_is_trained_before_numbers_are_found(tmp_path: Path) -> None:
         train_surrogate(job)
 
 
-def test_damaged_file_of_a_curve_is_named(tmp_path: Path) -> None:
+def test_cheap_trajectories_are_the_most_that_are_tried_without_a_curve(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(numbers, "CHEAP", 20.0)
+    monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (0.5, None, ()))
+    job = choose_numbers(opened(tmp_path), Workplace())
+    assert job.resolved == {"data": {"train": 4 * FEW, "validation": FEW}}
+    assert curve_of(job) == Curve()
+    assert opened(tmp_path).resolved == job.resolved
+
+
+def test_damaged_file_of_a_curve_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numbers, "simulation_time", lambda recipe: (1.0, None, ()))
     job = opened(tmp_path)
+    numbers.trajectory_time(job.case, job.folder, no_stages)
     file = _curve_file(job.case, job.folder)
     file.write_json(Curve())
     file.path.write_text('{"recipe": {', encoding="utf-8")

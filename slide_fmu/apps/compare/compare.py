@@ -206,7 +206,7 @@ def _unseen(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
 def _simulated(job: Job, terms: Terms, kept: KeptComparison) -> list[UnseenMotion]:
     """Return unseen motions of the reference system."""
     recipe, reference = job.recipe, job.case.reference
-    duration = recipe.validation.duration or recipe.data.duration
+    duration = recipe.measured_duration()
     count = recipe.unseen(terms.trajectories)
     stream = Stream(TEST, terms.seed, (1.0, 1.0), duration)
     key = key_of(

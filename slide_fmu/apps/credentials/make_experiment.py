@@ -86,7 +86,7 @@ def _simulated(surrogate: Surrogate, case: Case, seed: int) -> list[UnseenMotion
     common = max(kinds, key=lambda kind: kind.weight)
     recipe, system = case.recipe.with_kinds((common,)), case.reference
     starts = {parameter.name: parameter.start_value for parameter in surrogate.parameters}
-    duration = recipe.validation.duration or recipe.data.duration
+    duration = recipe.measured_duration()
     stream = Stream(TEST, seed, (1.0, 1.0), duration)
 
     def run(drawn: Draw) -> UnseenMotion:

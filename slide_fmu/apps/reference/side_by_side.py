@@ -108,7 +108,7 @@ def write_side_by_side(
     recipe = starting_at(recipe_of_provenance(provenance, str(fmu)), values)
     case = case_of(recipe)
     fmi = read_description(fmu).fmiVersion
-    stream = Stream(TEST, task.seed, task.amplitude, task.duration or recipe.data.duration)
+    stream = Stream(TEST, task.seed, task.amplitude, task.duration_of(recipe))
     inputs = led_in(surrogate, draw(recipe, case.reference, stream, 0))
     with tempfile.TemporaryDirectory() as folder:
         reference = write_reference(case, Path(folder) / "reference.fmu")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +13,14 @@ from numpy.typing import NDArray
 
 from slide_fmu.fitting.feature_choice import roles_of
 from slide_fmu.fitting.problem import Problem, Which
-from slide_fmu.fitting.state_space.amounts import PER_PARAMETER, SEGMENT
+from slide_fmu.fitting.state_space.amounts import (
+    FORGOTTEN_BY_STARTS,
+    LONG_BURN_IN,
+    MOST_OF_STARTS,
+    MOST_OF_VALIDATION,
+    PER_PARAMETER,
+    SEGMENT,
+)
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.levenberg_marquardt import LeastSquares
 from slide_fmu.fitting.state_space.linear_start import excited_eigenvalues
@@ -53,6 +61,8 @@ class FitData:
         features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
         roles: the features for state input, feedthrough, scheduling variables and so on.
         pieces: number of segments of each trajectory.
+        shorter: replaces segments by shorter ones of more trajectories, with a part of their
+            burn-in (``_shorter``); None where the burn-in is short, or segments have weights.
     """
 
     problem: Problem
@@ -64,6 +74,7 @@ class FitData:
     features: torch.Tensor
     roles: Roles
     pieces: int = 1
+    shorter: Callable[[Segments, float], Segments] | None = None
 
     def for_refinement(self, shape: CellShape) -> Segments:
         """Return the segments that a cell is refined on: all, or some of every trajectory.
@@ -74,7 +85,8 @@ class FitData:
         stride = self.whole.targets.numel() // (PER_PARAMETER * shape.n_parameters)
         if stride < 2:
             return self.whole
-        return self.whole.every(_stride(stride, self.pieces, self.whole.count))
+        some = self.whole.every(_stride(stride, self.pieces, self.whole.count))
+        return some if self.shorter is None else self.shorter(some, 1.0)
 
     @cached_property
     def excited(self) -> NDArray[np.complex128] | None:
@@ -132,15 +144,16 @@ class FitData:
 def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquaresRecipe) -> FitData:
     """Cut trajectories into segments, for the starts and for the whole fit."""
     dtype = getattr(torch, training.expert.precision)
+    burn_in = problem.window.n_truncated
 
-    def segments(which: Which) -> Segments:
-        burn_in = problem.window.n_truncated
-        length = training.expert.segment or max(SEGMENT, burn_in)
-        features, targets = (part.to(dtype) for part in getattr(problem, which))
+    def segments(which: Which, lengths: tuple[int, int] | None = None, every: int = 1) -> Segments:
+        """Cut every so many trajectories; lengths are those of burn-in and scored part."""
+        forgets, length = lengths or (burn_in, training.expert.segment or max(SEGMENT, burn_in))
+        features, targets = (part[::every].to(dtype) for part in getattr(problem, which))
         phi = None
         if problem.physical is not None:
-            phi = torch.from_numpy(problem.physical.terms(which)).to(features)
-        cut = cut_segments(features, targets, burn_in, length, phi)
+            phi = torch.from_numpy(problem.physical.terms(which)[::every]).to(features)
+        cut = cut_segments(features, targets, forgets, length, phi)
         return cut.evened_out() if training.expert.even_out else cut
 
     features = problem.training[0].to(dtype)
@@ -154,10 +167,50 @@ def fit_data(problem: Problem, network: StateSpaceRecipe, training: LeastSquares
     if problem.noise is not None:
         whitening = Whitening.of_noise(problem.noise).to(features).normalised(whole.targets)
         whole, validation = (replace(s, whitening=whitening) for s in (whole, validation))
-    part = whole.every(_stride(training.expert.part, pieces, whole.count, fewest))
+    stride = max(training.expert.part, whole.targets.numel() // MOST_OF_STARTS)
+    part = whole.every(_stride(stride, pieces, whole.count, fewest))
+    shorter = None
+    if burn_in > LONG_BURN_IN and training.expert.segment is None and problem.beyond is None:
+
+        def shorter(some: Segments, kept: float) -> Segments:
+            cut = _shorter(segments, some, kept, len(features))
+            return replace(cut, whitening=whole.whitening)
+
+        part = shorter(part, FORGOTTEN_BY_STARTS)
+    longest = math.ceil(validation.targets.numel() / MOST_OF_VALIDATION)
+    if longest > 1:
+        of_validation = validation.count // len(problem.validation[0])
+        validation = validation.every(_stride(longest, of_validation, validation.count))
     start = problem.start
     roles = roles_of(network, problem.features) if start is None else start.roles
-    return FitData(problem, network, training, whole, part, validation, features, roles, pieces)
+    return FitData(
+        problem, network, training, whole, part, validation, features, roles, pieces, shorter
+    )
+
+
+def _shorter(
+    segments: Callable[[Which, tuple[int, int], int], Segments],
+    part: Segments,
+    kept: float,
+    count: int,
+) -> Segments:
+    """Return about as many scored samples as a part has, in shorter segments of more trajectories.
+
+    A cell runs sample by sample, whatever the number of segments, so that long ones take long.
+
+    Args:
+        segments: cuts the segments.
+        part: segments with the whole burn-in.
+        kept: part of their burn-in that shorter ones have.
+        count: the number of trajectories.
+    """
+    burn_in = math.ceil(kept * part.burn_in)
+    length = max(SEGMENT, burn_in // 4)
+    wanted = max(FEWEST, round(len(part.targets) * part.count / length))
+    every = max(1, count // wanted)
+    cut = segments("training", (burn_in, length), every)
+    pieces = cut.count // len(range(0, count, every))
+    return cut.every(_stride(max(1, cut.count // wanted), pieces, cut.count))
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:

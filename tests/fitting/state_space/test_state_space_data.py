@@ -232,6 +232,37 @@ def test_very_many_data_are_thinned_to_some_segments_of_every_trajectory(
     assert len({number % data.pieces for number in numbers}) > 1  # early and late ones
 
 
+def test_long_burn_ins_are_shared_by_short_segments_of_more_trajectories(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Starts forget a part of it; the last run forgets as much as the window truncates."""
+    problem, given = problem_of(tmp_path), StateSpaceRecipe(order=2, hidden=4)
+    burn_in, free = problem.window.n_truncated, quick(segment=None)
+    monkeypatch.setattr(module, "SEGMENT", 4)
+    usual = fit_data(problem, given, free)
+    monkeypatch.setattr(module, "LONG_BURN_IN", burn_in - 1)
+    data = fit_data(problem, given, free)
+    assert usual.part.burn_in == data.whole.burn_in == burn_in
+    assert data.part.burn_in == math.ceil(0.6 * burn_in)
+    assert data.part.count > usual.part.count
+    shape = MultiStart(data, lambda *shown: None).shape(2, 4)
+    monkeypatch.setattr(module, "PER_PARAMETER", 4)
+    some = data.for_refinement(shape)
+    assert some.burn_in == burn_in
+    assert len(some.targets) < len(data.whole.targets)
+    assert some.targets.numel() < data.whole.targets.numel() / 2
+
+
+def test_of_very_many_validation_data_a_part_judges(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, given = problem_of(tmp_path), StateSpaceRecipe(order=2, hidden=4)
+    usual = fit_data(problem, given, quick(segment=8)).validation
+    most = usual.targets.numel() // 2
+    monkeypatch.setattr(module, "MOST_OF_VALIDATION", most)
+    assert 0 < fit_data(problem, given, quick(segment=8)).validation.targets.numel() <= most
+
+
 @pytest.mark.parametrize("units", essential(["tanh", "cubic", "mixed"], "mixed"))
 def test_without_bias_the_network_is_odd(tmp_path: Path, units: str) -> None:
     network = {"order": 2, "hidden": 4, "bias": False, "units": units}

@@ -148,7 +148,7 @@ def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None
 
 
 def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> None:
-    spring.write_text(SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
+    written(spring, SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
     found = proposed(spring, step=0.02)
     (remark,) = [one for one in found.remarks if "one after the other" in one]
     assert "spring.py, line 10)" in remark

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from slide_fmu.propose import first_look
+from slide_fmu.propose import first_look, lasting_tones
 from slide_fmu.propose import working_step as working_steps
 from slide_fmu.propose.frequencies import near_resonances
 from slide_fmu.propose.proposal import InitOptions, propose
@@ -105,6 +105,7 @@ def test_proposal_has_the_step_of_the_band_and_frequencies_that_it_carries(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(first_look, "SAMPLES", 200)
+    monkeypatch.setattr(lasting_tones, "LINES", 512)
     band = 0.1 / slower, 0.4 / slower
     found = propose(InitOptions(str(spring(tmp_path, slower=slower)), band=band), silent)
     step = found.draft.step

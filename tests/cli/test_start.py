@@ -11,6 +11,7 @@ import pytest
 
 import slide_fmu
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS, name_of
+from tests.marks import first
 
 COMMAND = [sys.executable, "-m", "slide_fmu"]
 HEAVY = ("numpy", "scipy", "matplotlib", "fmpy", "torch", "exudyn", "rich.markdown")
@@ -28,7 +29,7 @@ def asked(shell: str, typed: str) -> dict[str, str]:
     return {**os.environ, "_SLIDE_FMU_COMPLETE": f"complete_{shell}", **found}
 
 
-@pytest.mark.parametrize("shell", TO_COMPLETE)
+@pytest.mark.parametrize("shell", first(TO_COMPLETE))
 def test_subcommands_are_completed_in_a_shell(shell: str) -> None:
     whole = subprocess.run(COMMAND, env=asked(shell, ""), capture_output=True, text=True)
     assert whole.returncode == 0, whole.stderr
@@ -39,7 +40,7 @@ def test_subcommands_are_completed_in_a_shell(shell: str) -> None:
     assert "calibrate" not in one.stdout
 
 
-@pytest.mark.parametrize("shell", TO_COMPLETE)
+@pytest.mark.parametrize("shell", first(TO_COMPLETE))
 def test_script_of_a_shell_completes_the_name_that_is_typed(shell: str) -> None:
     shown = subprocess.run(
         COMMAND,

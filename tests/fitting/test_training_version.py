@@ -9,6 +9,7 @@ here, under the new version. If it is not, the change has a mistake.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -88,26 +89,27 @@ def split(seed: int, count: int) -> Split:
     return Split(inputs, outputs, np.zeros(count, np.int64))
 
 
-SPLITS = {
-    name: split(seed, count)
-    for seed, (name, count) in enumerate(
-        {
-            "train": 6,
-            "validation": 3,
-            "estimator": 4,
-            "estimator_validation": 2,
-            "companion": 6,
-            "bound": 8,
-            "calibration": 60,
-        }.items()
-    )
+COUNTS = {
+    "train": 6,
+    "validation": 3,
+    "estimator": 4,
+    "estimator_validation": 2,
+    "companion": 6,
+    "bound": 8,
+    "calibration": 60,
 }
+
+
+@cache
+def split_of(name: str) -> Split:
+    """Return a split, which has a seed of its own."""
+    return split(list(COUNTS).index(name), COUNTS[name])
 
 
 @pytest.fixture(autouse=True)
 def _fixed_data_and_threads(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """All trainings learn from the same data, with one thread."""
-    monkeypatch.setattr(Work, "splits", lambda self, *names: [SPLITS[name] for name in names])
+    monkeypatch.setattr(Work, "splits", lambda self, *names: [split_of(name) for name in names])
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     yield
@@ -116,7 +118,7 @@ def _fixed_data_and_threads(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def results_of(fit: Fit) -> dict[str, float]:
     """Return what the test holds of a fit."""
-    predicted = fit.surrogate.predict_newest(SPLITS["validation"].inputs[0])
+    predicted = fit.surrogate.predict_newest(split_of("validation").inputs[0])
     errors = {stage: min(history.validation_error) for stage, history in fit.histories.items()}
     found = {**errors, "prediction": float(np.sqrt(np.mean(predicted**2)))}
     bound = fit.surrogate.bound

@@ -22,7 +22,9 @@ PLATFORM_MACOS, VERSION_11 = 1, 11 << 16
 OF_THE_LINKER = {"__mh_dylib_header", "___dso_handle"}
 """The library's own address, under the names that the linker of the pinned compiler adds."""
 
-NATIVE = (RUNTIME / "native" / "native.h").read_text(encoding="utf-8")
+NATIVE = "".join(
+    path.read_text(encoding="utf-8") for path in sorted((RUNTIME / "native").glob("*.h"))
+)
 
 
 def _library(processor: int, name: str = "slide") -> bytes:

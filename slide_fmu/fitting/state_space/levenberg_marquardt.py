@@ -32,6 +32,11 @@ PATIENCE = 5
 """Number of successively stalled iterations after which the fit is finished."""
 
 
+IMPROVED, LASTING = 0.99, 25
+"""A fit is also finished when its best validation error has not fallen to the first number times
+what it was in the second number of iterations: what it learns then does not hold elsewhere."""
+
+
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
     """LeastSquares is a sum of squares to minimise.
@@ -61,6 +66,8 @@ class Iterate:
         growth: factor of the next increase of the damping.
         stalled: number of successively stalled iterations.
         finished: whether no further step helps.
+        improved: the best validation error when it last fell noticeably.
+        unimproved: number of iterations since then.
         history: (iteration, training error, validation error) after every iteration.
     """
 
@@ -71,12 +78,15 @@ class Iterate:
     growth: float = 2.0
     stalled: int = 0
     finished: bool = False
+    improved: float = math.inf
+    unimproved: int = 0
     history: tuple[tuple[int, float, float], ...] = ()
 
     @staticmethod
     def begin(theta: torch.Tensor, problem: LeastSquares) -> Iterate:
         """Return the iterate before the first iteration, at the parameters theta, shape (P,)."""
-        return Iterate(theta, theta, _finite_or_worst(problem.validation(theta)))
+        error = _finite_or_worst(problem.validation(theta))
+        return Iterate(theta, theta, error, improved=error)
 
 
 def advance(state: Iterate, problem: LeastSquares) -> Iterate:
@@ -111,13 +121,17 @@ def _take(
     row = (iteration, math.sqrt(costs[1] / problem.count), error)
     stalled = state.stalled + 1 if costs[0] - costs[1] < STALLED * costs[0] else 0
     better = error < state.best_error
+    improves = error < IMPROVED * state.improved
+    unimproved = 0 if improves else state.unimproved + 1
     return replace(
         state,
         theta=theta,
         best=theta if better else state.best,
         best_error=min(error, state.best_error),
         stalled=stalled,
-        finished=stalled >= PATIENCE,
+        finished=stalled >= PATIENCE or unimproved >= LASTING,
+        improved=error if improves else state.improved,
+        unimproved=unimproved,
         history=(*state.history, row),
     )
 

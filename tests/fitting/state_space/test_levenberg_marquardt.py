@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 import torch
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.fitting.state_space.levenberg_marquardt import (
+    LASTING,
     PATIENCE,
     Iterate,
     LeastSquares,
@@ -144,3 +146,22 @@ def test_stalled_fit_is_finished() -> None:
     state = run(torch.zeros(1, dtype=torch.float64), problem_of(residuals), 50)
     assert state.finished
     assert len(state.history) == PATIENCE
+
+
+@pytest.mark.parametrize(("factor", "iterations"), [(1.0, LASTING), (0.9995, 40), (0.98, 40)])
+def test_fit_whose_validation_falls_no_more_is_finished(factor: float, iterations: int) -> None:
+    """It goes on where many small gains together are one that is noticed."""
+    calls = []
+
+    def validation(theta: torch.Tensor) -> float:
+        calls.append(theta)
+        return factor ** len(calls)
+
+    curved = problem_of(lambda x: torch.stack([10 * (x[1] - x[0] ** 2), 1 - x[0]]), validation)
+    slow = LeastSquares(curved.normal, curved.cost, 4, validation)
+    state = Iterate.begin(torch.tensor([-30.0, 50.0], dtype=torch.float64), slow)
+    done = 0
+    while not state.finished and done < 40:
+        state = replace(advance(state, slow), stalled=0)
+        done += 1
+    assert done == iterations

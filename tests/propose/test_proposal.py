@@ -150,7 +150,7 @@ def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None
 def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> None:
     written(spring, SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
     found = proposed(spring, step=0.02)
-    (remark,) = [one for one in found.remarks if "one after the other" in one]
+    (remark,) = [one for one in found.remarks if "for each motion alone" in one]
     assert "spring.py, line 10)" in remark
 
 

@@ -13,6 +13,7 @@ from slide_fmu.core.signals import FloatArray, Hold, Signal
 from slide_fmu.systems.base import Motion, State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
+from slide_fmu.systems.function.lane_trial import ONE_BY_ONE
 from slide_fmu.systems.function.system import FunctionSystem
 from slide_fmu.systems.simulation import (
     motions_at_once,
@@ -230,9 +231,25 @@ def test_error_of_a_function_for_all_lanes_is_found_in_its_own() -> None:
     np.testing.assert_array_equal(fine, answered(made, [small])[0])
 
 
+def test_error_of_a_function_of_one_state_alone_is_found_in_its_own() -> None:
+    def f(x: FloatArray, u: FloatArray, p: Any) -> list[Any]:
+        if u[0] > 1.9:
+            raise ValueError("too large a force")
+        return [x[1], u[0] - x[0] - x[1], -x[2]]
+
+    made = system(f, lambda x, u, p: list(x))
+    assert made.most_at_once() == ONE_BY_ONE
+    large = Motion(np.linspace([0.0, 0.0], [2.0, 0.0], SAMPLES))
+    small = Motion(np.linspace([0.0, 0.0], [1.0, 0.0], SAMPLES))
+    failed, fine = simulate_motions(made, [large, small])
+    assert isinstance(failed, SimulationError)
+    assert "too large a force" in str(failed)
+    np.testing.assert_array_equal(fine, answered(made, [small])[0])
+
+
 def one_by_one(text: str, f: Function, g: Function = lambda x, u, p: list(x)) -> None:
     made = system(f, g)
-    assert made.most_at_once() == 1
+    assert made.most_at_once() == ONE_BY_ONE
     remark = made.remarks[-1]
     assert text in remark
     assert "np.where(rate > 0, a, b)" in remark
@@ -293,7 +310,7 @@ def test_what_differs_only_far_away_is_found_on_the_way() -> None:
     assert made.most_at_once() > 1
     motions = [Motion(np.full((SAMPLES, 2), 1.0 - k), far) for k in range(3)]
     assert_same(made, motions)
-    assert made.most_at_once() == 1
+    assert made.most_at_once() == ONE_BY_ONE
 
 
 @pytest.mark.parametrize("method", ["LSODA", "Radau", "BDF"])

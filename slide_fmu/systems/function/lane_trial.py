@@ -22,6 +22,9 @@ MOST_LANES = 256
 FIXED = 64
 """Number of lanes of a function whose results have other last digits for other numbers of them, as
 products of matrices may have. It is then called with this number alone."""
+ONE_BY_ONE = 64
+"""Number of lanes of functions that accept one state alone, and are called for each: more gain
+nothing."""
 AGREES = 1e-12
 """Numbers for many lanes differ from those for each alone by at most this part of the largest."""
 AROUND = 1.5
@@ -47,8 +50,8 @@ class Trial:
 
     @property
     def most(self) -> int:
-        """The largest number of lanes; 1 where functions do not accept several."""
-        return 1 if self.refusal else self.width or MOST_LANES
+        """The largest number of lanes."""
+        return ONE_BY_ONE if self.refusal else self.width or MOST_LANES
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,6 +46,8 @@ class LaneModel:
         varied: names of the parameters that differ from lane to lane.
         width: the number of lanes with which f is always called; None where it may be any multiple
             of ``WIDTH``.
+        together: whether f and g accept many states at once; else they are called for each lane
+            alone, which still saves the work of a step for each.
     """
 
     f: UserFunction
@@ -54,6 +56,7 @@ class LaneModel:
     solver: Solver
     varied: Collection[str]
     width: int | None
+    together: bool = True
 
 
 @final
@@ -94,14 +97,14 @@ class Lane:
         self._block = self.course.intervals(first, self._first)
         return self._block
 
-    def close(self, g: UserFunction, states: FloatArray) -> None:
+    def close(self, g: UserFunction, together: bool, states: FloatArray) -> None:
         """Find the outputs at the states since the last known ones, (K, n), by their function."""
         number, first = len(states), self.known - 1
         if self._block is None or not number:
             return
         rates = self._block.rates_at_ends(self.course.step)[:number]
         reached = self.course.motion.inputs[first : first + number]
-        outputs = _outputs(g, states, reached, self.p, rates)
+        outputs = _outputs(g, together, (states, reached, rates), self.p)
         finite = np.isfinite(outputs).all(axis=1)
         good = number if finite.all() else int(np.argmin(finite))
         self.left = self.left or good < number
@@ -131,14 +134,23 @@ def of_lanes(each: Sequence[Parameters], varied: Collection[str]) -> Parameters:
 
 
 def _outputs(
-    g: UserFunction, states: FloatArray, u: FloatArray, p: Parameters, du: FloatArray
+    g: UserFunction,
+    together: bool,
+    points: tuple[FloatArray, FloatArray, FloatArray],
+    p: Parameters,
 ) -> FloatArray:
-    """Give the outputs at K states, (K, n_outputs); those at which g fails are not finite."""
-    count = len(states)
-    rows = np.minimum(np.arange(max(count, WIDTH)), count - 1)
+    """Give the outputs at K states, inputs and their rates, as (K, n_outputs).
+
+    Those at which g fails are not finite.
+    """
+    count = len(points[0])
+    rows = np.minimum(np.arange(max(count, WIDTH) if together else count), count - 1)
     values = np.empty((g.count, len(rows)))
-    x, of_u, of_du = (np.ascontiguousarray(each[rows].T) for each in (states, u, du))
-    lane_values(g, x, of_u, [p] * len(rows), p, of_du, values)
+    x, u, du = (np.ascontiguousarray(each[rows].T) for each in points)
+    if together:
+        lane_values(g, x, u, [p] * len(rows), p, du, values)
+    else:
+        each_lane(g, x, u, [p] * len(rows), du, values, rows)
     return values[:, :count].T
 
 
@@ -159,12 +171,28 @@ def lane_values(
     try:
         function.of_lanes(x, u, p, du, values)
     except FunctionError:
-        for lane, own in enumerate(each):
-            try:
-                column = function(x[:, lane].copy(), u[:, lane].copy(), own, du[:, lane].copy())
-                values[:, lane] = column
-            except FunctionError:
-                values[:, lane] = np.nan
+        each_lane(function, x, u, each, du, values, np.arange(len(each)))
+
+
+def each_lane(
+    function: UserFunction,
+    x: FloatArray,
+    u: FloatArray,
+    each: Sequence[Parameters],
+    du: FloatArray,
+    values: FloatArray,
+    lanes: NDArray[np.int64],
+) -> None:
+    """Write what a function gives for some lanes, each alone, to ``values``, (count, B).
+
+    Numbers of lanes for which it raises an error are not finite.
+    """
+    of_x, of_u, of_du = (part.T.copy() for part in (x, u, du))
+    for lane in lanes.tolist():
+        try:
+            values[:, lane] = function(of_x[lane], of_u[lane], each[lane], of_du[lane])
+        except FunctionError:
+            values[:, lane] = np.nan
 
 
 @final
@@ -236,7 +264,8 @@ class Lanes:
     def _close(self, index: int) -> Lane:
         """Let a lane find the outputs at its last states, and return it."""
         lane = self._lanes[index]
-        lane.close(self._model.g, self._states[index, : self._count[index]])
+        states = self._states[index, : self._count[index]]
+        lane.close(self._model.g, self._model.together, states)
         self._count[index] = 0
         return lane
 
@@ -316,7 +345,8 @@ class Lanes:
         self._number += 1
         check = self._number % CHECKED == 0
         lane = self._number // CHECKED % len(self._alive) if check else None
-        return _StageRates(self._model.f, u, du, self._p, self._each, lane)
+        alone = None if self._model.together else np.flatnonzero(self._alive)
+        return _StageRates(self._model.f, u, du, self._p, self._each, lane, alone)
 
     def _end(self, ended: NDArray[np.bool_], last: NDArray[np.bool_]) -> None:
         """Go to the next intervals of lanes whose interval has ended."""
@@ -347,6 +377,7 @@ class _StageRates:
         p: parameters, of which those that vary are arrays.
         each: parameters of each lane.
         checked: the lane whose rates at the first stage are compared with a single call, or None.
+        alone: lanes for which f is called one by one; None where it is called for all at once.
     """
 
     f: UserFunction
@@ -355,9 +386,13 @@ class _StageRates:
     p: Parameters
     each: Sequence[Parameters]
     checked: int | None
+    alone: NDArray[np.int64] | None = None
 
     def __call__(self, stage: int, x: FloatArray, values: FloatArray) -> None:
         u, du = self.u[stage], self.du[stage]
+        if self.alone is not None:
+            each_lane(self.f, x, u, self.each, du, values, self.alone)
+            return
         lane_values(self.f, x, u, self.each, self.p, du, values)
         if stage == 0 and self.checked is not None:
             self._check(self.checked, x, values)

@@ -48,7 +48,7 @@ STIFF_CALLS, STIFF_SAMPLES = 80, 100
 first STIFF_SAMPLES: most systems that are sampled by their bandwidth need 12 to 40."""
 
 ONE_BY_ONE = (
-    "so motions are integrated one after the other, which takes many times as long. Write it "
+    "so it is called for each motion alone, which takes many times as long. Write it "
     "for arrays of states: np.where(rate > 0, a, b) in place of if, np.sin in place of math.sin, "
     "and a list of numbers as the result"
 )
@@ -265,15 +265,16 @@ class FunctionSystem(Linearizable, Batching):
         lanes = [lane for lane in begun if lane is not None]
         if lanes:
             functions = self._equations.function, self._g
-            model = LaneModel(*functions, self.step, self.solver, varied, trial.width)
-            together = Lanes(model, lanes)
+            together = trial.refusal is None
+            model = LaneModel(*functions, self.step, self.solver, varied, trial.width, together)
+            integrated = Lanes(model, lanes)
             try:
-                together.run()
+                integrated.run()
             except LaneError as error:
                 self._refuse_lanes(tuple(sorted(varied)), Trial(str(error)))
                 begun = [None] * len(begun)
             samples = sum(lane.known - 1 for lane in lanes)
-            self._count_work(together.calls, samples)
+            self._count_work(integrated.calls, samples)
         none = Beginning(np.empty((0, len(self.outputs))), None)
         return [none if lane is None else lane.beginning() for lane in begun]
 

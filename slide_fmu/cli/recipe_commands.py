@@ -148,20 +148,22 @@ def init(
         ),
     ] = False,
     inputs_file: InputsOption = None,
-    band: Annotated[
-        str | None,
+    bands: Annotated[
+        list[str] | None,
         typer.Option(
-            metavar="LOW..HIGH",
+            "--band",
+            metavar="[NAME=]LOW..HIGH",
             help="Lowest and highest frequency in Hz at which the machine works, as in 10..25: a "
             "quarter of the motions are sines in this band, up to the whole range, and the step "
-            "follows from it. Default: sines of all frequencies.",
+            "follows from it. Repeat it with the names of inputs that have bands of their own, as "
+            "in torque=5..20. Default: sines of all frequencies.",
         ),
     ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the recipe and of the FMU.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
     """Write a first recipe for your own model, and list what was found and assumed."""
-    from slide_fmu.propose.draft_signals import parse_band, parse_range, proposed_name
+    from slide_fmu.propose.draft_signals import parse_bands, parse_range, proposed_name
     from slide_fmu.propose.first_recipe import write_first_recipe
     from slide_fmu.propose.proposal import InitOptions
 
@@ -184,7 +186,7 @@ def init(
             loops=tuple(loops or ()),
             jumps=jumps,
             inputs_file=inputs_file,
-            band=parse_band(band),
+            bands=parse_bands(bands or []),
         )
         proposal = write_first_recipe(options, place, force, bar, console.print)
     show_draft(proposal)

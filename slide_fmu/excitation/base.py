@@ -136,7 +136,7 @@ def _as_text(value: object, is_list: bool) -> str:
 
 
 def require_one_each(
-    kind: str, name: str, limits: tuple[float, ...], signals: tuple[Signal, ...]
+    kind: str, name: str, limits: tuple[object, ...], signals: tuple[Signal, ...]
 ) -> None:
     """Refuse limits of a kind of excitation if there is not exactly one for each input.
 

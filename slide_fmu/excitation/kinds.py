@@ -28,7 +28,7 @@ from slide_fmu.excitation.loop import LoopRecipe
 from slide_fmu.excitation.one_at_a_time import OneAtATime
 from slide_fmu.excitation.point_to_point import PointToPoint
 from slide_fmu.excitation.recorded import Recorded
-from slide_fmu.excitation.spectra import FilteredRandom, Harmonic, Multisine, Sweep
+from slide_fmu.excitation.spectra import BandSines, FilteredRandom, Harmonic, Multisine, Sweep
 from slide_fmu.excitation.speed_ramps import SpeedRamps
 from slide_fmu.excitation.vibration import Vibration
 
@@ -39,6 +39,7 @@ Excitation = Annotated[
     | Harmonic
     | Sweep
     | Multisine
+    | BandSines
     | Steps
     | Ramps
     | Stops

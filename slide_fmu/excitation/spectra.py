@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from slide_fmu.core.signals import FloatArray, Signal
-from slide_fmu.excitation.base import CountRange, PositiveRange
+from slide_fmu.core.signals import FloatArray, Signal, by_axis
+from slide_fmu.excitation.base import CountRange, Kind, PositiveRange, Range, require_one_each
 from slide_fmu.excitation.channels import ChannelKind
-from slide_fmu.excitation.descriptions import between, subject
+from slide_fmu.excitation.descriptions import between, distance, size, subject
 
 
 class FilteredRandom(ChannelKind):
@@ -192,6 +192,75 @@ class Multisine(ChannelKind):
         phase = rng.uniform(-np.pi, np.pi, count)
         total = np.sin(time[:, None] * frequency + phase).sum(axis=1)
         return np.asarray(total * np.sqrt(2 / count))
+
+
+class BandSines(Kind):
+    """Every input is a sum of lasting sines in a band of its own.
+
+    Attributes:
+        bands: ranges in rad/s, one for each input, from which frequencies are drawn uniformly. Of
+            an angle that is given by cosine and sine, that of the cosine counts.
+        components: range of the number of sines, both ends included. A sum of several has the RMS
+            of a single one, and is clipped to the range.
+        amplitude: range of the amplitude of a single sine, as a part of half the range of the
+            input; it is drawn uniformly, separately for each input.
+        offset: range of a constant of random sign that is added, likewise.
+    """
+
+    bends = True
+
+    kind: Literal["band_sines"]
+    bands: tuple[PositiveRange, ...]
+    components: CountRange = (1, 1)
+    amplitude: Range = (1.0, 1.0)
+    offset: Range = (0.0, 0.0)
+
+    @property
+    def angular_frequency(self) -> tuple[float, float]:
+        """The lowest and the highest frequency of all bands in rad/s."""
+        return min(low for low, _ in self.bands), max(high for _, high in self.bands)
+
+    def check(self, signals: tuple[Signal, ...]) -> None:
+        require_one_each(self.kind, "bands", self.bands, signals)
+
+    def described(self, signals: tuple[Signal, ...], step: float) -> str:
+        bands = ", ".join(
+            f"{signal.name} {between(band)}"
+            for signal, band in zip(signals, self.bands, strict=True)
+            if signal.angle != "sine"
+        )
+        sines = "a sine" if self.components == (1, 1) else f"{between(self.components)} sines"
+        about = f", about an offset of {distance(self.offset, signals)}" if self.offset[1] else ""
+        return (
+            f"{subject(signals)} is {sines} in a band of its own in rad/s ({bands}) with an "
+            f"amplitude of {size(self.amplitude, signals)}{about}"
+        )
+
+    def inputs(
+        self,
+        signals: tuple[Signal, ...],
+        time: FloatArray,
+        factor: float,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        own = [b for s, b in zip(signals, self.bands, strict=True) if s.angle != "sine"]
+        drawn = [
+            self._sum(band).inputs(axis, time, factor, rng)
+            for axis, band in zip(by_axis(signals), own, strict=True)
+        ]
+        return np.concatenate(drawn, axis=1)
+
+    def _sum(self, band: tuple[float, float]) -> Multisine:
+        """Return the sum in a band; the RMS of a sine is its amplitude over the root of 2."""
+        low, high = self.amplitude
+        return Multisine(
+            kind="multisine",
+            weight=self.weight,
+            angular_frequency=band,
+            components=self.components,
+            amplitude=(low / 2**0.5, high / 2**0.5),
+            offset=self.offset,
+        )
 
 
 def _samples(time: float, step: float) -> int:

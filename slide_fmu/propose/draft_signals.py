@@ -35,6 +35,10 @@ IN_FILE = f"Seen in the file of your inputs, and widened by {100 * MARGIN:.0f} %
 
 Ranges = Mapping[str, tuple[float, float] | None]
 """Ranges of inputs by name, in their units; None for the model's range."""
+Bands = Mapping[str, tuple[float, float]]
+"""Lowest and highest working frequencies in Hz by the names of inputs."""
+ALL_OTHERS = ""
+"""Stands in ``Bands`` for all inputs that are not named."""
 
 
 def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
@@ -66,25 +70,29 @@ def parse_range(texts: Sequence[str]) -> dict[str, tuple[float, float] | None]:
     return ranges
 
 
-def parse_band(text: str | None) -> tuple[float, float] | None:
-    """Read working frequencies in Hz of the command line: ``LOW..HIGH``; None if not given.
+def parse_bands(texts: Sequence[str]) -> Bands:
+    """Read working frequencies in Hz of the command line: ``LOW..HIGH`` or ``NAME=LOW..HIGH``.
 
     Raises:
-        RecipeError: the text has another form, or the frequencies are not positive.
+        RecipeError: a text has another form, a name stands twice, or frequencies are not positive.
     """
-    if text is None:
-        return None
-    low, _, high = text.partition("..")
-    try:
-        band = float(low), float(high)
-    except ValueError:
-        band = (math.nan, math.nan)
-    if not 0 < band[0] <= band[1] < math.inf:
-        raise RecipeError(
-            f"--band {text}; expected LOW..HIGH with two positive frequencies in Hz, the lower "
-            "one first, as in --band 10..25"
-        )
-    return band
+    bands: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        before, named, after = text.rpartition("=")
+        name = before if named else ALL_OTHERS
+        _require_once("band", name, bands)
+        low, _, high = after.partition("..")
+        try:
+            band = float(low), float(high)
+        except ValueError:
+            band = (math.nan, math.nan)
+        if not 0 < band[0] <= band[1] < math.inf or (named and not name):
+            raise RecipeError(
+                f"--band {text}; expected LOW..HIGH or NAME=LOW..HIGH with two positive "
+                "frequencies in Hz, the lower one first, as in --band 10..25"
+            )
+        bands[name] = band
+    return bands
 
 
 def draft_inputs(

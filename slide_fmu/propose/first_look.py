@@ -97,7 +97,8 @@ class FirstLookSettings:
         excitation: makes the tables by which ranges of outputs are found; None if they are known.
         driven: whether the inputs are set points of drives or an angle.
         only_step: the step in s whose multiples alone the model takes; None if it takes any.
-        highest: highest frequency in Hz at which the machine works; None if not known.
+        highest: highest frequency in Hz at which the machine works in each input, None where it
+            is not known; empty if none is.
     """
 
     specification: Specification
@@ -105,7 +106,7 @@ class FirstLookSettings:
     excitation: MakeTables | None
     driven: bool = False
     only_step: float | None = None
-    highest: float | None = None
+    highest: Sequence[float | None] = ()
 
     @property
     def first_step(self) -> float:
@@ -180,7 +181,7 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
         for step in (begin, 10 * begin, 100 * begin):  # it may move slowly
             if (lasts := path_dependence_without_recipe(make(step))) is not None:
                 raise NotForgettingError(str(lasts))
-    if settings.highest is not None:
+    if any(settings.highest):
         return *_step_at_work(make, first, settings.highest), None
     fastest = _fastest_mode(first)
     enough = None if fastest is None else ABOVE_MODES * fastest
@@ -211,13 +212,14 @@ def _step(settings: FirstLookSettings, progress: Progress) -> tuple[float, str, 
 
 
 def _step_at_work(
-    make: Callable[[float], System], first: System, highest: float
+    make: Callable[[float], System], first: System, highest: Sequence[float | None]
 ) -> tuple[float, str]:
-    """Return the step in s for a machine that works up to a frequency in Hz, and its origin."""
-    found = working_step(make, first, highest)
+    """Return the step in s for a machine that works up to frequencies in Hz, and its origin."""
+    most = max(hz for hz in highest if hz is not None)
+    found = working_step(make, first, [hz or most for hz in highest])
     origin = (
-        f"The step follows from the working frequencies, up to {highest:.3g} Hz. "
-        f"{_why(found.for_inputs, highest, hold_of(first.inputs))}"
+        f"The step follows from the working frequencies, up to {most:.3g} Hz. "
+        f"{_why(found.for_inputs, most, hold_of(first.inputs))}"
     )
     if found.step < found.for_inputs:
         origin += (

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+from slide_fmu.core.signals import Signal
+from slide_fmu.core.suggestions import or_meant
 from slide_fmu.memory.bandwidth import OWN_SAMPLES, tidy_step
+from slide_fmu.propose.draft_signals import ALL_OTHERS, Bands
 from slide_fmu.propose.first_look import FirstLook
-from slide_fmu.recipe.default_excitation import InputKind, full_range_below, highest_frequency
+from slide_fmu.recipe.default_excitation import (
+    Band,
+    InputKind,
+    full_range_below,
+    highest_frequency,
+)
 from slide_fmu.recipe.recipe import RecipeError
 
 NEAR = (0.7, 1.4)
@@ -16,34 +25,57 @@ SINES: tuple[InputKind, ...] = ("held", "moving", "rates")
 """Kinds of inputs that the mix moves in sines."""
 
 
-def require_sines(band: tuple[float, float], kind: InputKind) -> None:
+def bands_of(bands: Bands, inputs: Sequence[Signal]) -> list[Band | None]:
+    """Return the working frequencies of each input in Hz; none of any if no band is given.
+
+    Raises:
+        RecipeError: a band names no input.
+    """
+    names = [signal.name for signal in inputs]
+    for name in bands:
+        if name != ALL_OTHERS and name not in names:
+            raise RecipeError(
+                f"--band {_words(name, bands[name])}: there is no input {name!r}; expected one of "
+                f"{', '.join(names)}{or_meant(name, names)}"
+            )
+    if not bands:
+        return []
+    return [bands.get(name, bands.get(ALL_OTHERS)) for name in names]
+
+
+def require_sines(bands: Bands, kind: InputKind) -> None:
     """Refuse working frequencies of inputs that move within limits of their speed instead."""
-    if kind not in SINES:
+    for name, band in bands.items():
+        if kind not in SINES:
+            raise RecipeError(
+                f"--band {_words(name, band)}, but the inputs are set points of drives or an "
+                "angle, whose limits of speed say how fast they move; expected other inputs: "
+                "leave it out, and correct speed and acceleration in the recipe"
+            )
+
+
+def require_resolved(bands: Bands, step: float) -> None:
+    """Refuse working frequencies in Hz of which a step in s has too few samples in a period."""
+    for name, band in bands.items():
+        if in_rad(*band)[1] <= highest_frequency(step):
+            continue
+        finer = tidy_step(1.0 / (OWN_SAMPLES * band[1]))
         raise RecipeError(
-            f"--band {band[0]:g}..{band[1]:g}, but the inputs are set points of drives or an "
-            "angle, whose limits of speed say how fast they move; expected other inputs: leave it "
-            "out, and correct speed and acceleration in the recipe"
+            f"--band {_words(name, band)} with a sample step of {step:g} s, which has "
+            f"{1.0 / (band[1] * step):.2g} samples in a period; expected more than six: give a "
+            f"finer step too, --step {finer:g}"
         )
 
 
-def require_resolved(band: tuple[float, float] | None, step: float) -> None:
-    """Refuse working frequencies in Hz of which a step in s has too few samples in a period."""
-    if band is None or in_rad(*band)[1] <= highest_frequency(step):
-        return
-    finer = tidy_step(1.0 / (OWN_SAMPLES * band[1]))
-    raise RecipeError(
-        f"--band {band[0]:g}..{band[1]:g} with a sample step of {step:g} s, which has "
-        f"{1.0 / (band[1] * step):.2g} samples in a period; expected more than six: give a finer "
-        f"step too, --step {finer:g}"
-    )
+def _words(name: str, band: Band) -> str:
+    """Write a band as on the command line."""
+    return f"{name}{'=' if name else ''}{band[0]:g}..{band[1]:g}"
 
 
-def remarks_on_frequencies(
-    band: tuple[float, float] | None, seen: FirstLook, kind: InputKind
-) -> list[str]:
+def remarks_on_frequencies(bands: Bands, seen: FirstLook, kind: InputKind) -> list[str]:
     """Say that the mix may reach little where the machine works, if it does."""
     whole = full_range_below(seen.step, kind)
-    if band is not None or kind not in SINES or whole == highest_frequency(seen.step):
+    if bands or kind not in SINES or whole == highest_frequency(seen.step):
         return []
     return [
         f"sines reach through the whole range up to {whole / (2 * math.pi):.3g} Hz, and a part of "

@@ -19,6 +19,7 @@ from slide_fmu.memory.bandwidth import tidy_step
 from slide_fmu.memory.step_remark import TOO_COARSE
 from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.propose.draft_signals import (
+    Bands,
     Ranges,
     draft_inputs,
     draft_outputs,
@@ -38,6 +39,7 @@ from slide_fmu.propose.first_look import (
 )
 from slide_fmu.propose.foresight import foreseen
 from slide_fmu.propose.frequencies import (
+    bands_of,
     in_rad,
     near_resonances,
     remarks_on_frequencies,
@@ -93,7 +95,7 @@ class InitOptions:
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
         jumps: whether inputs that move may jump at any time.
         inputs_file: file of the user's own inputs, from here; None without one.
-        band: lowest and highest frequency in Hz at which the machine works; None if not known.
+        bands: lowest and highest frequencies in Hz at which the machine works, by input.
     """
 
     model: str
@@ -111,7 +113,7 @@ class InitOptions:
     loops: tuple[str, ...] = ()
     jumps: bool = False
     inputs_file: Path | None = None
-    band: tuple[float, float] | None = None
+    bands: Bands = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -202,12 +204,12 @@ def propose(options: InitOptions, progress: Progress) -> Proposal:
     )
     draft, of_recipe = _agreed(options, declarations, seen, outputs)
     draft = _with_loops(options.loops, declarations, draft)
-    require_resolved(options.band, draft.step)
+    require_resolved(options.bands, draft.step)
     on_chain = [] if declarations.chain.remark is None else [declarations.chain.remark]
     own = (*declarations.declared.remarks, *on_inputs(declarations.declared, options.inputs))
     before = (*own, *_on_hold(declarations, draft), *on_chain)
     of_loops = (text for loop in draft.loops for text in loop.warnings)
-    on_frequencies = remarks_on_frequencies(options.band, seen, declarations.kind)
+    on_frequencies = remarks_on_frequencies(options.bands, seen, declarations.kind)
     remarks = (
         *(*before, *_on_units(draft), *of_file, *on_frequencies),
         *(*seen.remarks, *of_outputs, *of_loops, *of_recipe),
@@ -333,15 +335,15 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     turning = bool(cosines_of(system.inputs))
     if options.jumps:
         _require_jumping(kind, turning)
-    if options.band is not None:
-        require_sines(options.band, kind)
+    bands = bands_of(options.bands, system.inputs)
+    require_sines(options.bands, kind)
     tables = partial(
         default_excitation,
         inputs=kind,
         widths=widths,
         turning=turning,
         jumps=options.jumps,
-        band=options.band and in_rad(*options.band),
+        bands=[band and in_rad(*band) for band in bands],
     )
     return ModelDeclarations(declared, inputs, outputs, chain, specification, system, tables, kind)
 
@@ -378,7 +380,7 @@ def _look(declarations: ModelDeclarations, options: InitOptions, progress: Progr
         excitation,
         driven,
         _only_step(declared, options),
-        None if options.band is None else options.band[1],
+        [band and band[1] for band in bands_of(options.bands, system.inputs)],
     )
     # a progress bar cannot be sent to another program
     shown = quiet if system.may_crash else progress

@@ -9,7 +9,7 @@ reaches, makes no step finer.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,15 +50,17 @@ class WorkingStep:
     lost: float | None
 
 
-def working_step(make: Callable[[float], System], system: System, highest: float) -> WorkingStep:
-    """Return the sample step for a machine that works up to a frequency.
+def working_step(
+    make: Callable[[float], System], system: System, highest: Sequence[float]
+) -> WorkingStep:
+    """Return the sample step for a machine that works up to some frequencies.
 
     Args:
         make: makes the system with a step in s.
         system: the system, with some step.
-        highest: the highest working frequency in Hz.
+        highest: the highest working frequency of each input in Hz.
     """
-    step = tidy_step(1.0 / (SAMPLES_PER_PERIOD[hold_of(system.inputs)] * highest))
+    step = tidy_step(1.0 / (SAMPLES_PER_PERIOD[hold_of(system.inputs)] * max(highest)))
     seen = _outputs_at_work(make, step / FINEST, highest)
     lost = None
     for every in _multiples(step) if seen else []:
@@ -77,7 +79,7 @@ def _multiples(step: float) -> list[int]:
 
 
 def _outputs_at_work(
-    make: Callable[[float], System], step: float, highest: float
+    make: Callable[[float], System], step: float, highest: Sequence[float]
 ) -> list[FloatArray]:
     """Return the outputs under tones at working frequencies, (samples, n_outputs) each.
 
@@ -88,7 +90,8 @@ def _outputs_at_work(
     except LoadError:
         return []
     for part in PARTS:
-        motions = [Motion(_tone(system, part, hz)) for hz in _frequencies(highest)]
+        lower = 2.0 ** np.linspace(-OCTAVES, 0.0, TONES)
+        motions = [Motion(_tone(system, part, np.asarray(highest) * by)) for by in lower]
         answers = [
             answer[len(answer) // 2 :]
             for answer in simulate_motions(system, motions)
@@ -99,12 +102,14 @@ def _outputs_at_work(
     return []
 
 
-def _frequencies(highest: float) -> FloatArray:
-    return highest * 2.0 ** np.linspace(-OCTAVES, 0.0, TONES)
+def _tone(system: System, part: float, hz: FloatArray) -> FloatArray:
+    """Return a tone in each input over a part of its range, (samples, n_inputs).
 
-
-def _tone(system: System, part: float, hz: float) -> FloatArray:
-    """Return a tone in all inputs over a part of their ranges, (samples, n_inputs)."""
+    Args:
+        system: the system.
+        part: the part of the ranges.
+        hz: frequency in each input, (n_inputs,).
+    """
     low, high = (np.array([getattr(s, end) for s in system.inputs]) for end in ("low", "high"))
     phases = np.random.default_rng(0).uniform(0.0, 2 * math.pi, len(low))
     time = system.step * np.arange(1, LASTS * FINEST + 1)

@@ -49,7 +49,10 @@ frequency, on a scale of octaves."""
 STANDING_START = 12
 """Number of samples in which it reaches that speed at its limit of acceleration."""
 
-KindTable = dict[str, str | bool | float | Sequence[float]]
+Band = tuple[float, float]
+"""The lowest and the highest of some frequencies."""
+
+KindTable = dict[str, str | bool | float | Sequence[float] | Sequence[Sequence[float]]]
 """The table of one kind of excitation, as a recipe may hold it."""
 
 InputKind = Literal["held", "moving", "rates", "set_points", "angle"]
@@ -64,7 +67,7 @@ def default_excitation(
     turning: bool = False,
     jumps: bool = False,
     resonances: tuple[float, float] | None = None,
-    band: tuple[float, float] | None = None,
+    bands: Sequence[Band | None] = (),
 ) -> list[KindTable]:
     """Return the tables ``data.excitation`` for a sample step in s, as a recipe may hold them.
 
@@ -73,8 +76,9 @@ def default_excitation(
     Where some inputs are cosine and sine of an angle (``turning``), they have no box. Moving
     inputs that jump (``jumps``) do so in steps, from end to end, and where motions stop. Some
     sines are near the resonances, from the least to the largest frequency in rad/s, if they are
-    known; and sines of working frequencies (``band``, likewise) reach through the whole range.
-    Set points and angles have limits of their speed instead of both.
+    known; and sines of working frequencies (``bands``, likewise, one for each input; None for all
+    that the mix has) reach through the whole range. Set points and angles have limits of their
+    speed instead of both.
     """
     if inputs == "set_points":
         return _from_point_to_point(step, widths)
@@ -90,7 +94,7 @@ def default_excitation(
     kept = [] if turning else [box]
     if len(widths) > 1:
         kept.append({"kind": "one_at_a_time", "weight": ALONE_WEIGHT})
-    at_work = [] if band is None else _sharing(_in_band(band), BAND_WEIGHT)
+    at_work = _sharing(_in_bands(_all_known(bands, step)), BAND_WEIGHT) if any(bands) else []
     rest = 1.0 - BOX_WEIGHT - (ALONE_WEIGHT if len(widths) > 1 else 0.0)
     return [*_sharing(others, rest - (BAND_WEIGHT if at_work else 0.0)), *at_work, *kept]
 
@@ -214,9 +218,23 @@ def _tones(low: float, high: float, amplitude: tuple[float, float]) -> list[Kind
     return [sine, {**sine, **beside}]
 
 
-def _in_band(band: tuple[float, float]) -> list[KindTable]:
+def _all_known(bands: Sequence[Band | None], step: float) -> list[Band]:
+    """Return the band of each input in rad/s, that of the whole mix where it is not known."""
+    top = highest_frequency(step)
+    return [band or (top / 10**DECADES, top) for band in bands]
+
+
+def _in_bands(bands: Sequence[Band]) -> list[KindTable]:
     """Return motions at working frequencies in rad/s, up to the whole range."""
-    low, high = (_tidy(end) for end in band)
+    tidy = [[_tidy(end) for end in band] for band in bands]
+    if any(band != tidy[0] for band in tidy):
+        sines: KindTable = {"kind": "band_sines", "bands": tidy}
+        return [
+            {**sines, "weight": 0.15, "amplitude": [0.1, 1.0]},
+            {**sines, "weight": 0.1, "amplitude": [0.1, 0.5], "offset": [0.1, 0.5]},
+            {**sines, "weight": 0.15, "amplitude": [0.14, 0.7], "components": [2, 4]},
+        ]
+    low, high = tidy[0]
     sine, beside = _tones(low, high, (0.1, 1.0))
     return [
         {**sine, "decades": False},

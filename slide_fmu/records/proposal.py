@@ -155,7 +155,7 @@ def propose_from_options(options: InitOptions) -> Proposal | None:
         "chain": options.chain,
         "loop": " ".join(options.loops) or None,
         "jumps": "" if options.jumps else None,
-        "band": None if options.band is None else f"{options.band[0]:g}..{options.band[1]:g}",
+        "band": "" if options.bands else None,
     }
     for name, value in given.items():
         if value is not None:

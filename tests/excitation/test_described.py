@@ -144,6 +144,13 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         "accelerations of up to 5 rad/s^2 (a box: moves reach both); some moves stop or turn back "
         "on the way; set points are held for 0.02 to 0.06 s",
     ),
+    "band_sines": (
+        MIXED,
+        {"bands": [[30.0, 90.0], [1.0, 6.0]], "offset": [0.1, 0.5], "components": [2, 4]},
+        "every input on its own is 2 to 4 sines in a band of its own in rad/s (a 30 to 90, b 1 to "
+        "6) with an amplitude of 100 % of half its range, about an offset of 10 to 50 % of half "
+        "its range",
+    ),
     "one_at_a_time": (
         MIXED,
         {},

@@ -316,3 +316,31 @@ def test_a_single_sample_can_be_drawn(name: str) -> None:
 def test_ranges_that_make_no_sense_are_refused(name: str, extra: dict[str, object]) -> None:
     with pytest.raises(ValidationError, match=next(iter(extra))):
         kind_of(name, **extra)
+
+
+@pytest.mark.parametrize("components", [[1, 1], [2, 4]])
+def test_band_sines_move_each_input_in_its_own_band(components: list[int]) -> None:
+    angle = (
+        Signal("x", "1", -1.0, 1.0, angle="cosine"),
+        Signal("y", "1", -1.0, 1.0, angle="sine"),
+    )
+    table = {
+        "kind": "band_sines",
+        "weight": 1.0,
+        "bands": [[60.0, 120.0], [2.0, 6.0], [1.0, 1.0], [1.0, 1.0]],
+        "components": components,
+        "amplitude": [0.5, 0.5],
+    }
+    kind = TypeAdapter(Excitation).validate_python(table)
+    signals = (FORCE, SHIFTED, *angle)
+    kind.check(signals)
+    drawn = kind.inputs(signals, TIME, 1.0, np.random.default_rng(3))
+    assert np.hypot(drawn[:, 2], drawn[:, 3]) == pytest.approx(1.0)
+    for column, (low, high), size in ((0, (60.0, 120.0), 1.0), (1, (2.0, 6.0), 5.0)):
+        values = drawn[:, column] - drawn[:, column].mean()
+        assert np.std(values) == pytest.approx(size / np.sqrt(2), rel=0.05)
+        power = np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2
+        rates = 2 * np.pi * np.fft.rfftfreq(len(values), STEP)
+        assert power[(rates > 0.8 * low) & (rates < 1.2 * high)].sum() > 0.99 * power.sum()
+    with pytest.raises(ValueError, match=r"bands has 4 values; expected 1"):
+        kind.check((FORCE,))

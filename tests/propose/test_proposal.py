@@ -12,11 +12,13 @@ from typer.testing import CliRunner, Result
 
 from slide_fmu.cli.app import app
 from slide_fmu.core.search_path import make_importable
+from slide_fmu.core.signals import Signal
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.memory import motions
 from slide_fmu.propose import first_look, lasting_tones
-from slide_fmu.propose.draft_signals import Ranges, parse_band, parse_range
+from slide_fmu.propose.draft_signals import Ranges, parse_bands, parse_range
+from slide_fmu.propose.frequencies import bands_of
 from slide_fmu.propose.proposal import InitOptions, Proposal, propose
 from slide_fmu.recipe.reading import load_open_recipe, parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
@@ -160,24 +162,39 @@ def test_proposal_asks_for_working_frequencies_where_rates_limit_the_sines(sprin
     )
     (remark,) = asks_for_band(proposed(spring, step=0.02))
     assert remark.startswith("sines reach through the whole range up to 0.939 Hz, and a part")
-    assert not asks_for_band(proposed(spring, step=0.02, band=(1.0, 2.0)))
+    assert not asks_for_band(proposed(spring, step=0.02, bands={"": (1.0, 2.0)}))
 
 
 def test_proposal_for_a_working_band_has_motions_there(spring: Path) -> None:
-    found = proposed(spring, step=0.02, band=parse_band("3..6.5"))
+    found = proposed(spring, step=0.02, bands=parse_bands(["3..6.5"]))
     assert frequencies(found).count((19.0, 41.0)) == 3
     assert not asks_for_band(found)
 
 
 def test_band_of_which_the_step_has_too_few_samples_is_refused(spring: Path) -> None:
-    with refused(RecipeError, "--band 3..20", "2.5 samples in a period", "--step 0.005"):
-        proposed(spring, step=0.02, band=(3.0, 20.0))
+    with refused(RecipeError, "--band force=3..20", "2.5 samples in a period", "--step 0.005"):
+        proposed(spring, step=0.02, bands={"force": (3.0, 20.0)})
 
 
-@pytest.mark.parametrize("text", ["", "3", "6..3", "0..5", "1..inf", "a..b"])
+def test_band_of_an_input_that_there_is_not_is_refused(spring: Path) -> None:
+    with refused(RecipeError, "--band forse=3..20: there is no input 'forse'", "of force"):
+        proposed(spring, step=0.02, bands={"forse": (3.0, 20.0)})
+    with refused(RecipeError, "--band force is given twice"):
+        parse_bands(["force=1..2", "force=1..3"])
+
+
+def test_bands_of_inputs_stand_beside_that_of_all_others() -> None:
+    signals = [Signal(name, "N", -1.0, 1.0) for name in ("torque", "load", "speed")]
+    bands = parse_bands(["torque=5..20", "0.1..1"])
+    assert bands_of(bands, signals) == [(5.0, 20.0), (0.1, 1.0), (0.1, 1.0)]
+    assert bands_of(parse_bands(["load=3..4"]), signals) == [None, (3.0, 4.0), None]
+    assert bands_of({}, signals) == []
+
+
+@pytest.mark.parametrize("text", ["", "3", "6..3", "0..5", "1..inf", "a..b", "=1..2"])
 def test_band_that_is_none_is_refused(text: str) -> None:
     with refused(RecipeError, f"--band {text}", "two positive frequencies in Hz"):
-        parse_band(text)
+        parse_bands([text])
 
 
 @pytest.mark.extended

@@ -61,7 +61,7 @@ def step_for(path: Path, highest: float) -> WorkingStep:
     def make(step: float) -> System:
         return load_system(replace(known, step=step))
 
-    return working_step(make, make(0.01), highest)
+    return working_step(make, make(0.01), [highest])
 
 
 def test_step_for_a_linear_machine_has_twenty_samples_in_the_shortest_period(
@@ -96,7 +96,7 @@ def test_model_of_its_own_step_has_the_step_for_the_inputs(tmp_path: Path) -> No
     def make(step: float) -> System:
         raise LoadError("its own step")
 
-    assert working_step(make, system, 0.4) == WorkingStep(0.2, 0.2, None)
+    assert working_step(make, system, [0.4]) == WorkingStep(0.2, 0.2, None)
 
 
 @pytest.mark.parametrize("slower", [100.0, pytest.param(1.0, marks=pytest.mark.extended)])
@@ -107,7 +107,7 @@ def test_proposal_has_the_step_of_the_band_and_frequencies_that_it_carries(
     monkeypatch.setattr(first_look, "SAMPLES", 200)
     monkeypatch.setattr(lasting_tones, "LINES", 512)
     band = 0.1 / slower, 0.4 / slower
-    found = propose(InitOptions(str(spring(tmp_path, slower=slower)), band=band), silent)
+    found = propose(InitOptions(str(spring(tmp_path, slower=slower)), bands={"": band}), silent)
     step = found.draft.step
     assert step == pytest.approx(0.1 * slower)
     words = " ".join(found.text.replace("#", "").split())

@@ -155,7 +155,7 @@ def test_working_frequencies_get_a_quarter_of_the_motions_up_to_the_whole_range(
     inputs: InputKind,
 ) -> None:
     without = default_excitation(0.01, inputs, [2.0, 5.0])
-    tables = default_excitation(0.01, inputs, [2.0, 5.0], band=(12.0, 25.0))
+    tables = default_excitation(0.01, inputs, [2.0, 5.0], bands=[(12.0, 25.0)] * 2)
     there = [table for table in tables if table.get("angular_frequency") == [12.0, 25.0]]
     assert sum(float(str(t["weight"])) for t in there) == pytest.approx(0.25, abs=0.01)
     assert sum(float(str(t["weight"])) for t in tables) == pytest.approx(1.0, abs=0.02)
@@ -166,6 +166,16 @@ def test_working_frequencies_get_a_quarter_of_the_motions_up_to_the_whole_range(
             for seed in range(20)
         ]
         assert np.max(np.abs(drawn)) > 1.9
+
+
+def test_inputs_of_different_working_frequencies_move_in_their_own_bands() -> None:
+    bands: list[tuple[float, float] | None] = [(12.0, 25.0), None]
+    tables = default_excitation(0.01, "moving", [2.0, 5.0], bands=bands)
+    there = [table for table in tables if table["kind"] == "band_sines"]
+    assert [table["bands"] for table in there] == 3 * [[[12.0, 25.0], [0.3, 94.0]]]
+    assert sum(float(str(t["weight"])) for t in there) == pytest.approx(0.25, abs=0.01)
+    kinds = TypeAdapter(list[Excitation]).validate_python(there)
+    assert [getattr(kind, "angular_frequency", None) for kind in kinds] == 3 * [(0.3, 94.0)]
 
 
 def test_few_sines_are_near_known_resonances() -> None:

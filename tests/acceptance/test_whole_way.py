@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -17,6 +18,7 @@ from slide_fmu.importer.file import unpacked
 from slide_fmu.recipe.case import case_of
 from tests.acceptance.conftest import SMALL_DUFFING, Finished, invoke
 from tests.estimates import kept_estimates
+from tests.few_motions import few_motions
 from tests.marks import APPS, essential, needs_app
 
 METADATA = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
@@ -114,14 +116,25 @@ def alone(duffing: Finished, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     return Path(shutil.copy(duffing.fmu, tmp_path / "alone.fmu"))
 
 
-@pytest.mark.usefixtures("few_motions")
-def test_validate_finds_the_reference_from_the_fmu_alone(
-    duffing: Finished, alone: Path, tmp_path: Path
-) -> None:
-    call = ("validate", alone, "--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
-    result = invoke(*call)
+@pytest.fixture(scope="module")
+def validated(
+    duffing: Finished, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, dict[str, Any]]:
+    """A folder in which the FMU was measured alone, and the figures that were printed."""
+    folder = tmp_path_factory.mktemp("validated")
+    fmu = shutil.copy(duffing.fmu, folder / "alone.fmu")
+    with few_motions(), pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        call = ("--trajectories", 3, "--seed", 5, "--duration", 4, "--json", "-")
+        result = invoke("validate", fmu, *call)
     assert result.exit_code == 0, result.output
-    figures = json.loads(result.stdout)
+    return folder, json.loads(result.stdout)
+
+
+def test_validate_finds_the_reference_from_the_fmu_alone(
+    duffing: Finished, validated: tuple[Path, dict[str, Any]]
+) -> None:
+    folder, figures = validated
     assert {
         "name",
         "unit",
@@ -133,7 +146,7 @@ def test_validate_finds_the_reference_from_the_fmu_alone(
     assert set(figures["timing"]) == {"fmu_step_us", "reference_step_us", "speed"}
     assert figures["trajectories"] == 3
     assert figures["seed"] == 5
-    assert (tmp_path / "runs" / duffing.name / "validation" / "report.html").is_file()
+    assert (folder / "runs" / duffing.name / "validation" / "report.html").is_file()
 
 
 @pytest.mark.extended
@@ -153,21 +166,20 @@ def test_validate_is_repeated_by_its_seed_and_keeps_reports_of_other_amplitudes(
     assert kept.parent.with_name("validation_at_1_to_2").joinpath("report.html").is_file()
 
 
-@pytest.mark.usefixtures("few_motions")
-def test_validate_measures_what_the_trajectories_say(duffing: Finished) -> None:
+def test_validate_measures_what_the_trajectories_say(
+    duffing: Finished, validated: tuple[Path, dict[str, Any]]
+) -> None:
     """The JSON's figures against a computation from the models themselves, without FMUs."""
     from slide_fmu.data.draws import TEST, Stream, draw
     from slide_fmu.recipe.reading import load_recipe
     from slide_fmu.systems.simulation import simulate
 
-    call = "--trajectories", 2, "--duration", 6, "--seed", 11, "--json", "-"
-    result = invoke("validate", duffing.fmu, *call)
-    figures = json.loads(result.stdout)
+    _, figures = validated
     recipe = load_recipe(duffing.recipe)
     system, surrogate = case_of(recipe).system, read_fmu(duffing.fmu)[0]
-    stream = Stream(TEST, 11, (1.0, 1.0), 6.0)
+    stream = Stream(TEST, 5, (1.0, 1.0), 4.0)
     errors, references = [], []
-    for index in range(2):
+    for index in range(3):
         drawn = draw(recipe, system, stream, index)
         outputs = simulate(system, drawn.inputs, drawn.initial).outputs[1:]
         first = drawn.burn_in

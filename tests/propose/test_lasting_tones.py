@@ -75,6 +75,7 @@ def test_sweeps_climb_the_hill_of_a_spring_that_hardens() -> None:
     assert swept > 1.1 * lasting
 
 
+@pytest.mark.usefixtures("brief")
 def test_lag_has_no_resonance() -> None:
     lag = FunctionSystem(
         lambda x, u, p: [(u[0] - x[0]) / 0.3],

@@ -31,7 +31,7 @@ equations = "m x'' + d x' + k x + alpha k x^3 = F"
 
 [system]
 model = "mbs_models.oscillators:DuffingOscillator"
-parameters = { substeps = 12 }
+parameters = { substeps = 6 }
 
 [window]
 step = 0.03

@@ -263,7 +263,7 @@ MISTAKES = {
     "short window": ("window", ("n_in = 72", "n_in = 40"), r"n_in >= 71"),
     "unknown key": ("window", ("burn_in", "burnin"), r"data\.burnin is not a known key"),
     "wrong model": ("window", (":Duffing", ":Dufing"), r"DuffingOscillator"),
-    "wrong parameter": ("window", ("substeps = 12", "substep = 12"), r"substeps"),
+    "wrong parameter": ("window", ("substeps = 6", "substep = 6"), r"substeps"),
     "nothing trained": ("export", ("small_duffing", "never_trained"), r"train it first"),
     "no data": ("train", ("small_duffing", "never_generated"), r"generate them first"),
     "other data": ("train", ("seed = 7", "seed = 9"), r"generate them first"),

@@ -28,8 +28,8 @@ LONGEST_BAR = 70.0
 STACKED_COLUMNS, LONGEST_CELL = 3, 60
 """Tables of these columns, with a cell of more characters, are stacked on narrow screens."""
 
-WIDE_COLUMNS = 8
-"""Tables of this many columns are set closer, and show each row as a block on narrow screens."""
+BLOCK_COLUMNS = 5
+"""Tables of this many columns show each row as a block on narrow screens."""
 
 
 def coded(text: str) -> Markup:
@@ -169,14 +169,14 @@ def _shown(section: ReportSection) -> dict[str, object]:
 
 
 def _layout(table: ReportTable) -> str:
-    """Return how a table fits narrow screens: ``wide``, ``stacked``, or empty if as it is.
+    """Return how a table fits narrow screens: ``blocks``, ``stacked``, or empty if as it is.
 
     Of stacked tables, phones show a row's cells below each other, behind the first one.
     """
     longest = max((len(cell) for row in table.rows for cell in row), default=0)
     if len(table.heading) == STACKED_COLUMNS and longest > LONGEST_CELL:
         return "stacked"
-    return "wide" if len(table.heading) >= WIDE_COLUMNS else ""
+    return "blocks" if len(table.heading) >= BLOCK_COLUMNS else ""
 
 
 def folded(sections: Iterable[ReportSection]) -> list[ReportSection]:

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from slide_fmu.fmu.libraries.build import BUILD, build_all
+from tests.time_log import of_no_file
 
 
 @contextmanager
@@ -34,5 +35,5 @@ def build_libraries() -> None:
     Raises:
         BuildError: the compiler is missing or refused the sources, with what it said.
     """
-    with one_process(BUILD / "tests.lock"):
+    with of_no_file(), one_process(BUILD / "tests.lock"):
         build_all()

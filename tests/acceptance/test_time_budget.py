@@ -34,6 +34,11 @@ def test_slow():
 
 FAST = "def test_fast(): pass"
 
+FOR_ALL = SLOW.replace(
+    "def test_slow", "from tests.time_log import of_no_file\n\n@of_no_file()\ndef test_slow"
+)
+"""Slow, but what takes its time is made for all files."""
+
 
 def options_of_make_test() -> list[str]:
     """The options that ``make test`` gives to pytest, with one worker."""
@@ -58,7 +63,7 @@ def small(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.
 def test_file_over_the_budget_is_named_and_others_are_not() -> None:
     taken = {"tests/slow.py": BUDGET_S + 1, "tests/fast.py": BUDGET_S - 1}
     (line,) = over_budget(taken)
-    assert line.startswith("tests/slow.py took 61.0 s of CPU time; expected at most 60 s")
+    assert line.startswith("tests/slow.py took 46.0 s of CPU time; expected at most 45 s")
 
 
 def test_make_test_runs_the_marks_that_the_budget_is_for() -> None:
@@ -90,6 +95,13 @@ def test_make_test_fails_with_the_name_of_a_file_over_the_budget(small: pytest.P
     (line,) = [line for line in result.outlines if "of CPU time; expected at most" in line]
     assert line.startswith("tests/test_slow.py took 0.")
     assert (small.path / "times" / "not_extended.json").exists()
+
+
+def test_what_is_made_for_all_files_counts_for_none(small: pytest.Pytester) -> None:
+    (small.path / "tests" / "test_slow.py").write_text(FOR_ALL, encoding="utf-8")
+    result = small.runpytest_inprocess("-p", "tests.time_log", "-m", ESSENTIAL)
+    result.assert_outcomes(passed=2)
+    assert result.ret == pytest.ExitCode.OK
 
 
 def test_run_of_other_marks_has_no_budget(small: pytest.Pytester) -> None:

@@ -27,6 +27,10 @@ def known_predictions(surrogate: Surrogate, split: Split) -> FloatArray:
     return np.stack([surrogate.predict_newest(inputs, given) for inputs, given in pairs])
 
 
+MOST_JUDGED = 150
+"""Largest number of trajectories that an estimate is judged on; their kinds take turns."""
+
+
 def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     """Say why the error estimate of a surrogate is omitted; None if it is useful.
 
@@ -35,6 +39,7 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     deviation from the true errors, over all spans in the split, is not below that of the best
     constant.
     """
+    split = _first_of(split, MOST_JUDGED)
     span = surrogate.estimated_samples
     first = surrogate.window.memory_length
     if surrogate.estimator is None:
@@ -64,6 +69,12 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
                 f"{100 * constant:.3g} %"
             )
     return None
+
+
+def _first_of(split: Split, most: int) -> Split:
+    """Return the first trajectories of a split."""
+    parameters = None if split.parameters is None else split.parameters[:most]
+    return Split(split.inputs[:most], split.outputs[:most], split.kinds[:most], parameters)
 
 
 def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:

@@ -29,7 +29,7 @@ from slide_fmu.validation.row import CONSTANT
 INSIDE, MOST_INSIDE = 8, 16
 """Numbers of measured points inside of the box; with its corners there are at least ``FEWEST``."""
 
-LATER, WAY, SCORED = 3.0, 0.25, 1.0
+LATER, WAY, SCORED = 2.0, 0.25, 1.0
 """Durations in input windows: how long a point is held, how long the way to it takes, and how much
 is scored at the end. A whole window is scored, since a network starts anew with every window and
 its error depends on the time since then."""

@@ -36,6 +36,7 @@ from slide_fmu.validation.row import (
     OF_TRAINING,
     SEARCH,
     SMOOTH,
+    TONES,
     YOURS,
     Call,
     Row,
@@ -47,8 +48,8 @@ from slide_fmu.validation.smooth_inputs import (
     model_rows,
     smooth_motions,
 )
-from slide_fmu.validation.tones import tone_motions
-from slide_fmu.validation.user_inputs import user_motions
+from slide_fmu.validation.tones import tone_kinds
+from slide_fmu.validation.user_inputs import simulated_kinds, user_kinds
 from slide_fmu.validation.your_inputs import JudgingPart, judging_parts, your_motions
 
 Calls = Sequence[tuple[Call, float]]
@@ -271,13 +272,15 @@ def further_rows(
     resting = meter.relative_to(truth.std(axis=0))
     for label, motions in constant_motions(surrogate, case, bar("constant inputs")).items():
         rows += resting.rows({label: motions}, resting.usual_calls())
-    calls = meter.usual_calls()[:2]
-    tones = tone_motions(surrogate, case, in_range.task, in_range.each, bar("lasting tones"))
-    rows += meter.rows(tones, calls, joined=True)
-    as_set = bar("inputs as users set them")
-    each = in_range.each
-    for label, motions in user_motions(surrogate, case, in_range.task, each, as_set).items():
-        rows += meter.rows({label: motions}, meter.usual_calls())
+    given = surrogate, case, in_range.task, in_range.each
+    kinds = [*tone_kinds(*given), *user_kinds(*given)]
+    progress = bar("lasting tones, and inputs as users set them")
+    motions_of = simulated_kinds(surrogate, case, kinds, progress)
+    tones = {label: of_kind for label, of_kind in motions_of.items() if label.group == TONES}
+    rows += meter.rows(tones, meter.usual_calls()[:2], joined=True)
+    for label, of_kind in motions_of.items():
+        if label.group != TONES:
+            rows += meter.rows({label: of_kind}, meter.usual_calls())
     return rows
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -43,7 +43,7 @@ TRAJECTORIES, PERIODS, SINES = 4, 4, 3
 """Least number of smooth trajectories, periods of the slowest sine in each, and sines in an input.
 The finest model in the place of the FMU is measured on the least number."""
 MOST_SAMPLES = 1000
-"""Largest number of samples on which the error of holding inputs is measured."""
+"""The error of holding inputs is measured on so many samples, or a window if that is longer."""
 FILLED = 0.9
 """A smooth input fills this part of its declared range at most."""
 SEED = 0x5A007
@@ -149,6 +149,7 @@ def model_rows(
     """
     rows = []
     fine = smooth.motions[0].grid
+    least = max(MOST_SAMPLES, case.recipe.window.n_in) * own
     for steps in STEPS:
         held = round(own / steps / fine)
         if not np.isclose(held * fine, own / steps, rtol=1e-6) or held < 1:
@@ -157,8 +158,8 @@ def model_rows(
             system = _holding(smooth.system, case, max(1, round(steps)))
         except (LoadError, ValueError):
             return []
-        of_truth = round(system.step / fine)
-        chosen, every = smooth.motions[:TRAJECTORIES], []
+        of_truth, every = round(system.step / fine), []
+        chosen = [_beginning(motion, least) for motion in smooth.motions[:TRAJECTORIES]]
         counts = [math.ceil((len(motion.truth) - 1) / of_truth) for motion in chosen]
         starts = [own / steps * np.floor(np.arange(n) * of_truth / held) for n in counts]
         motions = [Motion(m.course(at)) for m, at in zip(chosen, starts, strict=True)]
@@ -172,6 +173,14 @@ def model_rows(
         row = row_of(every, outputs, smooth.label, "model", (own / steps, own), levels)
         rows += [] if row is None else [row]
     return rows
+
+
+def _beginning(motion: MeasuredMotion, lasts: float) -> MeasuredMotion:
+    """Return the beginning of a motion, which lasts for a time in s.
+
+    All of it counts: model and truth begin at the same state of rest.
+    """
+    return replace(motion, truth=motion.truth[: 1 + round(lasts / motion.grid)], first=0.0)
 
 
 def _holding(system: System, case: Case, parts: int) -> System:

@@ -9,24 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice, pairwise
+from itertools import pairwise
 
 import numpy as np
 
-from slide_fmu.core.progress import Progress
 from slide_fmu.core.readable import decimal
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
+from slide_fmu.validation.calls import InputsLabel
 from slide_fmu.validation.row import TONES, ToneCell
 from slide_fmu.validation.task import Task, entropy_of
 from slide_fmu.validation.user_channels import Channel
-from slide_fmu.validation.user_inputs import (
-    UserInput,
-    divided,
-    simulated_inputs,
-    user_channels,
-)
+from slide_fmu.validation.user_inputs import DrawnKind, UserInput, user_channels
 from slide_fmu.validation.waveforms import Tone
 
 COLUMNS, WIDEST = 5, 2.0
@@ -52,10 +46,8 @@ class _ToneMotion:
     hz: float
 
 
-def tone_motions(
-    surrogate: Surrogate, case: Case, task: Task, each: int, progress: Progress
-) -> dict[InputsLabel, list[MeasuredMotion]]:
-    """Simulate the reference under lasting tones in one input at a time, by their cells.
+def tone_kinds(surrogate: Surrogate, case: Case, task: Task, each: int) -> list[DrawnKind]:
+    """Draw lasting tones in one input at a time, by their cells.
 
     Inputs take turns. In every other motion the tone has an offset, and the other inputs are
     constant somewhere in their ranges; in the others all are as near to their start values as the
@@ -67,26 +59,19 @@ def tone_motions(
         case: what it was made from.
         task: the validation.
         each: number of motions of each cell.
-        progress: hears of each motion.
     """
     channels = user_channels(surrogate, case)
-    drawn: dict[ToneCell, list[_ToneMotion]] = {}
+    kinds = []
     for number, cell in enumerate(_cells(channels)):
-        of_cell = []
+        of_cell: list[_ToneMotion] = []
         for index in range(each):
             rng = np.random.default_rng([SEED, number, index, entropy_of(task.seed)])
             of_cell += list(_drawn(channels, cell, index, rng))
         if of_cell:
-            drawn[cell] = of_cell
-    every = [motion for of_cell in drawn.values() for motion in of_cell]
-    durations = [_duration(surrogate, case, task, motion.hz) for motion in every]
-    inputs = [motion.inputs for motion in every]
-    motions = simulated_inputs(surrogate, case, inputs, durations, progress)
-    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
-    for cell, of_cell in drawn.items():
-        found, failed = divided(islice(motions, len(of_cell)))
-        by_label[InputsLabel(TONES, name_of_cell(cell), failed, cell)] = found
-    return by_label
+            label = InputsLabel(TONES, name_of_cell(cell), tones=cell)
+            durations = [_duration(surrogate, case, task, motion.hz) for motion in of_cell]
+            kinds.append(DrawnKind(label, [motion.inputs for motion in of_cell], durations))
+    return kinds
 
 
 def name_of_cell(cell: ToneCell) -> str:

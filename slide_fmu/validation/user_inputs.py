@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import final
 
@@ -216,41 +216,72 @@ class UserInput:
         return np.concatenate([one.columns(waveform(times)) for one, waveform in pairs], axis=1)
 
 
-def user_motions(
-    surrogate: Surrogate, case: Case, task: Task, each: int, progress: Progress
-) -> dict[InputsLabel, list[MeasuredMotion]]:
-    """Simulate the reference on inputs as users set them, from rest on; failures are named.
+@dataclass(frozen=True, eq=False)
+class DrawnKind:
+    """A DrawnKind has inputs of one kind, which are still to be simulated.
 
-    Inputs that each move by themselves act at their own times: the reference is simulated at its
-    own fine step. Planned motions and angles are given by their samples, as its models know them;
-    so are all inputs of a model without a finer step. Another seed of the validation gives others,
-    and its duration is that of the motions.
+    Attributes:
+        label: its group and name.
+        inputs: of each motion.
+        durations: of each motion behind the burn-in, in s.
+    """
+
+    label: InputsLabel
+    inputs: Sequence[UserInput]
+    durations: Sequence[float]
+
+
+def user_kinds(surrogate: Surrogate, case: Case, task: Task, each: int) -> list[DrawnKind]:
+    """Draw inputs as users set them.
+
+    Another seed of the validation gives others, and its duration is that of the motions.
 
     Args:
         surrogate: the surrogate.
         case: what it was made from.
         task: the validation.
         each: number of motions of each kind.
-        progress: hears of each motion.
     """
     channels = user_channels(surrogate, case)
     kinds = OF_MOTIONS if any(channel.moves for channel in channels) else OF_INPUTS
     if len(channels) == 1:  # its tones are measured alone
         kinds = {name: drawing for name, drawing in kinds.items() if name != SINES}
-    drawn: dict[str, list[UserInput]] = {}
+    drawn = []
     for number, (name, drawing) in enumerate(kinds.items()):
+        of_kind = []
         for index in range(each):
             rng = np.random.default_rng([SEED, number, index, entropy_of(task.seed)])
             waveforms = tuple(drawing(channel, rng) for channel in channels)
-            drawn.setdefault(name, []).append(UserInput(channels, waveforms))
-    every = [inputs for of_kind in drawn.values() for inputs in of_kind]
-    durations = [task.duration_of(case.recipe)] * len(every)
-    motions = simulated_inputs(surrogate, case, every, durations, progress)
-    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
-    for name, of_kind in drawn.items():
+            of_kind.append(UserInput(channels, waveforms))
         words = name_with_ranges(name, channels, [inputs.waveforms for inputs in of_kind])
-        found, failed = divided(islice(motions, len(of_kind)))
-        by_label[InputsLabel(AS_SET, words, failed)] = found
+        durations = [task.duration_of(case.recipe)] * each
+        drawn.append(DrawnKind(InputsLabel(AS_SET, words), of_kind, durations))
+    return drawn
+
+
+def simulated_kinds(
+    surrogate: Surrogate, case: Case, kinds: Sequence[DrawnKind], progress: Progress
+) -> dict[InputsLabel, list[MeasuredMotion]]:
+    """Simulate the reference on inputs of all kinds, from rest on; failures are named.
+
+    Inputs that each move by themselves act at their own times: the reference is simulated at its
+    own fine step. Planned motions and angles are given by their samples, as its models know them;
+    so are all inputs of a model without a finer step. All motions go together, since a model that
+    simulates many at once takes as long for few.
+
+    Args:
+        surrogate: the surrogate.
+        case: what it was made from.
+        kinds: the inputs.
+        progress: hears of each motion.
+    """
+    every = [inputs for kind in kinds for inputs in kind.inputs]
+    durations = [duration for kind in kinds for duration in kind.durations]
+    motions = _simulated(surrogate, case, every, durations, progress)
+    by_label: dict[InputsLabel, list[MeasuredMotion]] = {}
+    for kind in kinds:
+        found, failed = _divided(islice(motions, len(kind.inputs)))
+        by_label[replace(kind.label, failed=failed)] = found
     return by_label
 
 
@@ -260,7 +291,7 @@ def user_channels(surrogate: Surrogate, case: Case) -> tuple[Channel, ...]:
     return channels_of(case.recipe, case.reference, memory)
 
 
-def divided(
+def _divided(
     motions: Iterable[MeasuredMotion | SimulationError],
 ) -> tuple[list[MeasuredMotion], tuple[str, ...]]:
     """Return the motions that could be simulated, and why others could not."""
@@ -269,7 +300,7 @@ def divided(
     return [one for one in every if isinstance(one, MeasuredMotion)], failed
 
 
-def simulated_inputs(
+def _simulated(
     surrogate: Surrogate,
     case: Case,
     every: Sequence[UserInput],

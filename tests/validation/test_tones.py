@@ -11,11 +11,14 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import Signal
-from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.case import Case, case_of
+from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.row import TONES, ToneCell
 from slide_fmu.validation.task import UNSEEN_SEED, Task
-from slide_fmu.validation.tones import AMPLITUDES, COLUMNS, _cells, _drawn, tone_motions
+from slide_fmu.validation.tones import AMPLITUDES, COLUMNS, _cells, _drawn, tone_kinds
 from slide_fmu.validation.user_channels import Channel
+from slide_fmu.validation.user_inputs import simulated_kinds
 from tests.progress import silent
 from tests.validation.lag import lag_recipe, lag_surrogate
 
@@ -80,11 +83,18 @@ def test_motions_keep_their_limits_and_leave_cells_empty() -> None:
     assert 0 < empty < 2 * COLUMNS
 
 
+def simulated(
+    surrogate: Surrogate, case: Case, task: Task, each: int
+) -> dict[InputsLabel, list[MeasuredMotion]]:
+    kinds = tone_kinds(surrogate, case, task, each)
+    return simulated_kinds(surrogate, case, kinds, silent)
+
+
 @pytest.mark.parametrize("hold", ["zero_order", "first_order"])
 def test_each_cell_has_as_many_motions_as_asked_for(tmp_path: Path, hold: str) -> None:
     recipe = lag_recipe(tmp_path, hold)
     surrogate, case = lag_surrogate(recipe, hold), case_of(recipe)
-    found = tone_motions(surrogate, case, Task(UNSEEN_SEED, duration=6.0), 2, silent)
+    found = simulated(surrogate, case, Task(UNSEEN_SEED, duration=6.0), 2)
     assert len(found) == COLUMNS * (len(AMPLITUDES) - 1)
     for label, motions in found.items():
         assert (label.group, len(motions)) == (TONES, 2)
@@ -93,6 +103,6 @@ def test_each_cell_has_as_many_motions_as_asked_for(tmp_path: Path, hold: str) -
         for motion in motions:
             values = motion.course(motion.grid * np.arange(len(motion.truth)))
             assert 0.05 < np.ptp(values) / 8.0 <= 1.0
-    others = tone_motions(surrogate, case, Task(7, duration=6.0), 1, silent)
+    others = simulated(surrogate, case, Task(7, duration=6.0), 1)
     one, other = (next(iter(each.values()))[0].truth for each in (found, others))
     assert not np.array_equal(one[: len(other)], other[: len(one)])

@@ -24,7 +24,8 @@ from slide_fmu.validation.user_inputs import (
     Drawing,
     UserInput,
     name_with_ranges,
-    user_motions,
+    simulated_kinds,
+    user_kinds,
 )
 from slide_fmu.validation.waveforms import HeldLevels, RepeatedMoves, StoppedTone, Tone, Triangle
 from tests.progress import silent
@@ -134,7 +135,8 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     recipe = lag_recipe(tmp_path, "zero_order")
     surrogate = lag_surrogate(recipe, "zero_order")
     case = case_of(recipe)
-    motions = user_motions(surrogate, case, Task(UNSEEN_SEED), 2, silent)
+    kinds = user_kinds(surrogate, case, Task(UNSEEN_SEED), 2)
+    motions = simulated_kinds(surrogate, case, kinds, silent)
     names, alone = [named.inputs for named in motions], [k for k in OF_INPUTS if k != SINES]
     assert len(names) == len(alone)
     assert all(one.startswith(kind[:6]) for one, kind in zip(names, alone, strict=True))
@@ -147,7 +149,7 @@ def test_truth_of_inputs_that_jump_is_that_at_their_own_times(tmp_path: Path) ->
     exact = lfilter([1 - pole], [1, -pole], steps.course(middles)[:, 0])[63::64]
     later = steps.truth[1:, 0][len(exact) // 2 :]
     assert np.abs(later - exact[len(exact) // 2 :]).max() < 0.05 * np.ptp(exact)
-    others = [named.inputs for named in user_motions(surrogate, case, Task(7), 1, silent)]
+    others = [kind.label.inputs for kind in user_kinds(surrogate, case, Task(7), 1)]
     assert not set(names) & set(others)
 
 

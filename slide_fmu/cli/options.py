@@ -69,7 +69,7 @@ QuickOption = Annotated[
     bool,
     typer.Option(
         "--quick",
-        help="Take about two minutes of computing: fewer trajectories, a shorter training, larger "
+        help="Take about a minute of computing: fewer trajectories, a shorter training, larger "
         "errors, wider bounds. The FMU comes into runs/NAME/quick.",
     ),
 ]

@@ -98,7 +98,7 @@ def run(  # noqa: PLR0913 - its options are the keywords that users read
         workers: processes that simulate, as for ``learn``.
         threads: threads of the training.
         inputs: file of your own inputs, whose second half judges the FMU; None for the recipe's.
-        quick: whether it shall take about two minutes of computing, with larger errors and wider
+        quick: whether it shall take about a minute of computing, with larger errors and wider
             bounds; the FMU comes into the folder ``quick`` of the run folder.
 
     Returns:

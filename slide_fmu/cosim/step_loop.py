@@ -7,6 +7,7 @@ of the FMU, of any tool, in the order of ``InstanceVariables`` and ``Instance.do
 from __future__ import annotations
 
 import ctypes
+import time
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -19,8 +20,9 @@ from slide_fmu.fmu.native_library import NativeError, load_library
 from slide_fmu.importer.instance import Instance
 from slide_fmu.importer.variables import InstanceVariables, VariableBlock
 
-TOGETHER = 4096
-"""Number of steps of one call: between two of them, Python sees that a user wants to end it."""
+LONGEST = 0.2
+"""Time in s of one call, as far as it is known before: between two of them, Python sees that a user
+wants to end it, however long a step of the FMU takes."""
 
 _POINTER, _SIZE, _NUMBER = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint32
 
@@ -97,8 +99,12 @@ def take_steps(
             calls of ``Instance``.
     """
     whole = _WholeRun(instance, steps, inputs, recorded)
-    for first in range(0, whole.count, TOGETHER):
-        whole.take(first, min(first + TOGETHER, whole.count))
+    first, together = 0, 1
+    while first < whole.count:
+        last, begin = min(first + together, whole.count), time.perf_counter()
+        whole.take(first, last)
+        brief = time.perf_counter() - begin < 0.5 * LONGEST
+        first, together = last, 2 * together if brief else max(1, together // 2)
     return whole.values()
 
 

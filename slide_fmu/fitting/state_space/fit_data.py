@@ -207,20 +207,21 @@ def _shorter(
     burn_in = math.ceil(kept * part.burn_in)
     length = max(SEGMENT, burn_in // 4)
     wanted = max(FEWEST, round(len(part.targets) * part.count / length))
-    every = max(1, count // wanted)
+    every = _stride(max(1, count // wanted), 1, count)
     cut = segments("training", (burn_in, length), every)
     pieces = cut.count // len(range(0, count, every))
     return cut.every(_stride(max(1, cut.count // wanted), pieces, cut.count))
 
 
 def _stride(part: int, pieces: int, count: int, fewest: int = FEWEST) -> int:
-    """Choose the stride with which the segments of the starts are taken out of ``count``.
+    """Choose the stride with which some segments are taken out of ``count``.
 
     It is the least from ``part`` on, or the greatest below it, that has no divisor in common with
     the number of segments of a trajectory. Otherwise, for example, only early segments would be
-    taken.
+    taken. It is odd, too: every second point of a Sobol sequence, as which trajectories have their
+    physical parameters, lies in the same half of some range.
     """
     most = max(1, count // fewest)
     wished = [*range(part, most + 1), *range(min(part, most), 0, -1)]
-    fitting: list[int] = [stride for stride in wished if math.gcd(stride, pieces) == 1]
+    fitting: list[int] = [stride for stride in wished if math.gcd(stride, 2 * pieces) == 1]
     return fitting[0]

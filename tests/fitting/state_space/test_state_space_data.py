@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from scipy.stats import qmc
 
 from slide_fmu.fitting.state_space import fit_data as module
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
@@ -176,8 +177,19 @@ def test_starts_see_all_pieces_of_trajectories(part: int, pieces: int, trajector
     chosen = range(0, count, stride)
     if len(chosen) >= pieces:  # one after the other, of trajectories all over the data
         assert {number % pieces for number in chosen} == set(range(pieces))
-    if math.gcd(part, pieces) == 1 and count >= FEWEST * part:
+    if math.gcd(part, 2 * pieces) == 1 and count >= FEWEST * part:
         assert stride == part
+
+
+@pytest.mark.parametrize("part", [1, 2, 3, 4, 6, 8])
+@pytest.mark.parametrize("pieces", [1, 2, 3, 4])
+def test_part_of_the_trajectories_fills_the_ranges_of_parameters(part: int, pieces: int) -> None:
+    """Every second point of their Sobol sequence would lie in one half of the second range."""
+    shares = qmc.Sobol(3, seed=np.random.default_rng(3)).random(256)
+    chosen = range(0, 256 * pieces, _stride(part, pieces, 256 * pieces))
+    seen = shares[[number // pieces for number in chosen]]
+    assert (seen.min(axis=0) < 0.15).all()
+    assert (seen.max(axis=0) > 0.85).all()
 
 
 @pytest.mark.parametrize(

@@ -303,13 +303,20 @@ class Bending(Restorable):
 
 
 class Batching(Bending):
-    """A Batching system offers to simulate many motions at once, at about the cost of one."""
+    """A Batching system offers to simulate many motions at once, faster than one by one."""
 
     @abc.abstractmethod
     def most_at_once(self, varied: Collection[str] = ()) -> int:
         """Give the largest number of motions that are worth simulating at once; 1 if none are.
 
         ``varied`` are names of parameters whose values differ from motion to motion.
+        """
+
+    @abc.abstractmethod
+    def costs_as_few(self, varied: Collection[str] = ()) -> bool:
+        """Tell whether many motions at once take about as long as few; else each takes its part.
+
+        ``varied`` are as of ``most_at_once``.
         """
 
     @abc.abstractmethod

@@ -108,7 +108,7 @@ def validate_against(
         bench = _Bench(files, surrogate, case, stream)
         begin = time.process_time()
         first = _measure_or_leave(bench, 0)
-        seconds = 0.0 if _at_once(bench) else time.process_time() - begin
+        seconds = 0.0 if _cost_as_few(bench) else time.process_time() - begin
         count = recipe.unseen(task.trajectories, seconds)
         total = count + len(ends)
         processes = os.cpu_count() or 1 if workers is None else workers
@@ -168,7 +168,7 @@ def _measure_others(
     """Measure all trajectories but the first, in order.
 
     Worker processes do it where that takes long. One trajectory takes some CPU seconds, or 0 where
-    the reference is simulated on all of them at once.
+    the reference takes about as long for many at once as for few.
     """
     workers = min(workers, count - 1)
     progress(1)
@@ -185,12 +185,18 @@ def _measure_others(
     return measured
 
 
-def _at_once(bench: _Bench) -> bool:
-    """Tell whether many trajectories of the reference, which is in no loop, cost as few do."""
+def _batching(bench: _Bench) -> Batching | None:
+    """Return the reference if it simulates many trajectories at once, and is in no loop."""
     recipe, reference = bench.case.recipe, bench.case.reference
     if recipe.loop or not isinstance(reference, Batching):
-        return False
-    return reference.most_at_once(tuple(recipe.parameters)) > 1
+        return None
+    return reference if reference.most_at_once(tuple(recipe.parameters)) > 1 else None
+
+
+def _cost_as_few(bench: _Bench) -> bool:
+    """Tell whether many trajectories of the reference cost as few do."""
+    reference = _batching(bench)
+    return reference is not None and reference.costs_as_few(tuple(bench.case.recipe.parameters))
 
 
 def _truths_at_once(bench: _Bench, indices: Iterable[int]) -> dict[int, FloatArray]:
@@ -199,7 +205,7 @@ def _truths_at_once(bench: _Bench, indices: Iterable[int]) -> dict[int, FloatArr
     Returns:
         The outputs, (N + 1, n_outputs), by index; trajectories on which it fails are not there.
     """
-    if not _at_once(bench):
+    if _batching(bench) is None:
         return {}
     recipe, case, stream = bench.case.recipe, bench.case, bench.stream
     motions, systems = {}, []

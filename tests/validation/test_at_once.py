@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import chain, repeat
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,7 @@ from slide_fmu.validation.validate import validate
 from tests.libraries import build_libraries
 from tests.progress import silent
 from tests.refusals import refused
-from tests.validation.lag import lag_recipe, lag_surrogate
+from tests.validation.lag import MODEL, lag_recipe, lag_surrogate
 
 COUNT = 6
 SMALL = {
@@ -85,6 +87,27 @@ def test_motions_on_which_the_reference_fails_are_left_out_as_if_each_were_alone
         np.testing.assert_array_equal(one.inputs, other.inputs)
         np.testing.assert_allclose(one.reference, other.reference, rtol=0, atol=SAME)
         assert np.ptp(one.reference) > 100 * SAME
+
+
+@pytest.mark.parametrize(("rate", "count"), [("u[0]", 24), ("max(-9.0, u[0])", 2)])
+def test_function_of_one_state_alone_is_measured_on_what_a_minute_allows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rate: str, count: int
+) -> None:
+    """A motion takes 20 s, and there are two kinds; many at once may take as long as few."""
+    recipe = recipe_of_kinds(tmp_path, SMALL, LARGE)
+    values = recipe.model_dump()
+    values["validation"]["trajectories"] = None
+    recipe = Recipe.model_validate(values)
+    (tmp_path / "lag.py").write_text(MODEL.replace("[(u[0]", f"[({rate}"), encoding="utf-8")
+    clock = chain([100.0], repeat(120.0))  # around the first trajectory
+    times = SimpleNamespace(process_time=lambda: next(clock), perf_counter=lambda: 0.0)
+    monkeypatch.setattr(validation, "time", times)
+    monkeypatch.setattr(validation, "_speed", lambda *_: None)
+    build_libraries()
+    surrogate = lag_surrogate(recipe, "zero_order")
+    fmu = export_fmu(surrogate, tmp_path / "lag.fmu")
+    found = validate(fmu, surrogate, case_of(recipe), Task(seed=3), silent, workers=0)
+    assert len(found.comparisons) == count
 
 
 def test_reference_that_fails_on_all_motions_beyond_its_range_ends_the_validation(

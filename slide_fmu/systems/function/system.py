@@ -237,6 +237,9 @@ class FunctionSystem(Linearizable, Batching):
             return 1
         return self._trial(tuple(sorted(varied))).most
 
+    def costs_as_few(self, varied: Collection[str] = ()) -> bool:
+        return self.most_at_once(varied) > 1 and self._trial(tuple(sorted(varied))).refusal is None
+
     def _trial(self, varied: tuple[str, ...]) -> Trial:
         """Say whether f and g accept many states at once; a remark says what they refuse."""
         if varied not in self._trials:

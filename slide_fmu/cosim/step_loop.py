@@ -21,7 +21,7 @@ from slide_fmu.importer.instance import Instance
 from slide_fmu.importer.variables import InstanceVariables, VariableBlock
 
 LONGEST = 0.2
-"""Time in s of one call, as far as it is known before: between two of them, Python sees that a user
+"""Time in s of one call, as far as it is known before. Between two of them Python sees that a user
 wants to end it, however long a step of the FMU takes."""
 
 _POINTER, _SIZE, _NUMBER = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint32

@@ -1,9 +1,10 @@
-"""This module finds open numbers of trajectories from a learning curve, and keeps them.
+"""This module finds open numbers of trajectories, and keeps what they follow from.
 
-Each stage has twice as many trajectories as the one before. The curve ends where a doubling does
-not pay, or cannot pay since the error on unseen motions is not larger. Each point is kept in the
-run folder, so that an interrupted curve goes on. The time of a trajectory is kept too, from which
-the numbers of an error bound follow.
+Where trajectories cost little, as many as a learning curve tries are learnt from. Else the curve
+is found: each stage has twice as many trajectories as the one before. It ends where a doubling
+does not pay, or cannot pay since the error on unseen motions is not larger. Each point is kept in
+the run folder, so that an interrupted curve goes on. The time of a trajectory is kept too, from
+which the numbers of an error bound follow.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ LENGTHS = ("window.n_in", "window.n_out", "data.duration", "data.burn_in")
 """Keys that follow from how long the system remembers, in the order in which they are guessed."""
 
 NUMBERS = ("data.train", "data.validation", "data.estimator", "data.estimator_validation")
-"""Numbers of trajectories, which follow from a learning curve."""
+"""Numbers of trajectories, which follow from the time of a simulation or a learning curve."""
 
 ESTIMATOR_NUMBERS = NUMBERS[2:]
 """Numbers of the error estimator; a recipe without one leaves no such number open."""

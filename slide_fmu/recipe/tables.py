@@ -69,8 +69,8 @@ class DataRecipe(Table):
             samples always. Motions in a ``[[loop]]`` do not jump.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
-        train, validation: numbers of trajectories; found from a learning curve if ``"auto"`` or
-            not given.
+        train, validation: numbers of trajectories. If ``"auto"`` or not given, 256 to learn from
+            where one process simulates them in 20 s, else as many as a learning curve finds.
         estimator, estimator_validation: numbers for the error estimator, if there is one;
             likewise.
         companion, bound, calibration: numbers of trajectories of the error bound, if there is one

@@ -21,9 +21,9 @@ from slide_fmu.core.signals import FloatArray, on_circles, within_ranges
 from slide_fmu.memory.modes import slowest_rate
 from slide_fmu.memory.motions import Motions
 from slide_fmu.memory.time_budget import TimeBudget
-from slide_fmu.systems.base import Linearizable, RandomStates, State, System
+from slide_fmu.systems.base import Linearizable, Motion, RandomStates, State, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate
+from slide_fmu.systems.simulation import simulate_motions
 
 PASTS, CERTAIN_PASTS = 3, 8
 """Number of pasts compared at first, and if the outputs stayed apart."""
@@ -275,15 +275,17 @@ class _Pasts:
 
     def _after(self, pasts: int, inputs: FloatArray) -> FloatArray:
         scale = np.array([signal.high - signal.low for signal in self.system.outputs])
-        outputs_of_pasts = []
+        motions, before = list[Motion](), list[int]()
         for index in range(pasts):
-            if self.states:
-                outputs = simulate(self.system, inputs, self.states[index]).outputs
-            else:
-                past = self._past(index)
-                whole = simulate(self.system, np.concatenate([past, inputs])).outputs
-                outputs = whole[len(past) :]
-            outputs_of_pasts.append(outputs / scale)
+            past = inputs[:0] if self.states else self._past(index)
+            initial = self.states[index] if self.states else None
+            motions.append(Motion(np.concatenate([past, inputs]), initial))
+            before.append(len(past))
+        outputs_of_pasts = []
+        for count, outputs in zip(before, simulate_motions(self.system, motions), strict=True):
+            if isinstance(outputs, SimulationError):
+                raise outputs
+            outputs_of_pasts.append(outputs[count:] / scale)
         return np.stack(outputs_of_pasts)
 
     def _past(self, index: int) -> FloatArray:

@@ -12,6 +12,7 @@ import re
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -184,6 +185,7 @@ def _tag(table: type[Table]) -> tuple[str, str] | None:
     return None
 
 
+@cache  # every mistake in a recipe asks for the keys of its table
 def _keys(table: type[Table], place: tuple[str, ...]) -> tuple[Key, ...]:
     meanings = _meanings(table)
     return tuple(

@@ -43,8 +43,8 @@ STATES, UNITS = 6, 16
 SIZES = UNITS, 2 * UNITS
 """Numbers of states and hidden units that are assumed where a search finds them. It tries more
 units, too, where these do not suffice, which is rare."""
-SEARCHED = 3
-"""Random starts that judge a size, and the most rounds after them."""
+SEARCHED, ROUNDS = 3, 2
+"""Random starts that judge a size, and rounds after them; a third round is rare."""
 ENDS_EARLY = 0.4
 """Part of the iterations after which a fit may have ended, since nothing changes any more."""
 STEP_OF_HEAD = 2e-3
@@ -218,7 +218,7 @@ class _Fits:
         if network.hidden != "auto" and network.order != "auto":
             starts = training.search_iterations(training.starts, training.expert.kept)
             return last + starts * self.iteration(train, start=True)
-        runs = training.search_iterations(SEARCHED, 1 if least else SEARCHED)
+        runs = training.search_iterations(SEARCHED, 1 if least else ROUNDS)
         sizes = [UNITS] if least or network.hidden != "auto" else SIZES
         return last + sum(runs * self.iteration(train, size, start=True) for size in sizes)
 

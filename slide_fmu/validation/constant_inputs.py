@@ -21,7 +21,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Motion, RandomStates, System
 from slide_fmu.systems.errors import SimulationError
-from slide_fmu.systems.simulation import simulate_motions
+from slide_fmu.systems.simulation import motions_at_once, simulate_motions
 from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.input_courses import course_of
 from slide_fmu.validation.row import CONSTANT
@@ -54,6 +54,7 @@ def constant_motions(
     points = at_points(surrogate.inputs, np.concatenate([corners, inside]))
     motions, failed = list[MeasuredMotion](), list[str]()
     progress(0, len(points))
+    each = motions_at_once(system, 1) == 1
     ways = [_way_to(surrogate, recipe, system, point) for point in points]
     truths = simulate_motions(system, [Motion(one.inputs, one.initial) for one in ways])
     for done, (point, way, truth) in enumerate(zip(points, ways, truths, strict=True), start=1):
@@ -61,7 +62,8 @@ def constant_motions(
             failed.append(f"{_named(surrogate, point)}: {truth}")
         else:
             motions.append(_at_rest(surrogate, recipe, way, truth))
-        progress(done, len(points))
+        if each or done == len(points):
+            progress(done, len(points))
     return {InputsLabel(CONSTANT, IN_BOX, tuple(failed)): motions}
 
 

@@ -22,6 +22,7 @@ from slide_fmu.excitation.descriptions import between
 from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import motions_at_once
 from slide_fmu.validation.calls import InputsLabel, MeasuredMotion
 from slide_fmu.validation.reference_motion import finest, reference_motions
 from slide_fmu.validation.row import AS_SET
@@ -318,7 +319,10 @@ def _simulated(
     moving = any(channel.moves for inputs in every for channel in inputs.channels)
     fine = None if moving else finest(case)
     progress(0, len(every))
+    # of motions that are simulated together, the first says nothing about the others
+    each = motions_at_once(case.reference, 1) == 1
     motions = reference_motions(surrogate, case, every, fine, samples)
     for done, motion in enumerate(motions, start=1):
-        progress(done, len(every))
+        if each or done == len(every):
+            progress(done, len(every))
         yield motion

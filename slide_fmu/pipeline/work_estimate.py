@@ -85,8 +85,9 @@ def estimated_work(
         n_signals: numbers of inputs and outputs.
     """
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
-    known = MOST if cheap(of_simulated) else recipe.data.train
-    found = "data.train" in open_keys and not cheap(of_simulated)
+    is_open, is_cheap = "data.train" in open_keys, cheap(of_simulated)
+    known = MOST if is_open and is_cheap else recipe.data.train
+    found = is_open and not is_cheap
     train = Span(FIRST, MOST) if found else Span(known, known)
     fits = _Fits(recipe, *n_signals)
     work = {

@@ -61,6 +61,19 @@ def test_time_follows_trajectories_cost_and_sizes() -> None:
     assert thousand < 1.5 * hundred
 
 
+def test_number_of_trajectories_that_a_recipe_gives_counts_where_they_are_cheap() -> None:
+    """Else there are 256, without a learning curve."""
+    whole, quick = (parse_open_recipe(OPEN, "it", most) for most in ({}, QUICK))
+    found, given = (
+        estimated_work(one.guess, one.open_keys, COST / 1000, SIGNALS) for one in (whole, quick)
+    )
+    assert CURVE not in found
+    guess = quick.guess
+    few = guess.model_copy(update={"data": guess.data.model_copy(update={"train": 16})})
+    fewer = estimated_work(few, quick.open_keys, COST / 1000, SIGNALS)
+    assert fewer[TRAINING].high < given[TRAINING].high < found[TRAINING].high
+
+
 def test_recipe_has_the_stages_of_its_parts() -> None:
     assert set(estimated_work(tiny_recipe(), (), COST, SIGNALS)) == {
         "window",

@@ -62,12 +62,12 @@ def working_step(
     """
     step = tidy_step(1.0 / (SAMPLES_PER_PERIOD[hold_of(system.inputs)] * max(highest)))
     seen = _outputs_at_work(make, step / FINEST, highest)
-    lost = None
+    lost = []
     for every in _multiples(step) if seen else []:
-        lost = max(float(np.max(between_samples(rows, every))) for rows in seen)
-        if lost <= LOST:
-            return WorkingStep(float(f"{every * step / FINEST:.6g}"), step, lost)
-    return WorkingStep(step, step, lost)
+        lost.append(max(float(np.max(between_samples(rows, every))) for rows in seen))
+        if lost[-1] <= LOST:
+            return WorkingStep(float(f"{every * step / FINEST:.6g}"), step, lost[-1])
+    return WorkingStep(step, step, lost[0] if lost else None)  # no step suffices
 
 
 def _multiples(step: float) -> list[int]:

@@ -81,6 +81,17 @@ def test_step_is_finer_where_a_machine_makes_its_outputs_faster(tmp_path: Path) 
     assert found.lost < LOST
 
 
+def test_machine_for_which_no_step_suffices_has_that_for_the_inputs_and_what_it_loses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jumping = spring(tmp_path, "np.sign(x[0])")
+    found = step_for(jumping, 0.4)
+    assert (found.step, found.for_inputs) == (0.1, 0.1)
+    assert found.lost is not None
+    monkeypatch.setattr(working_steps, "LOST", 1.0)  # the first step that is tried
+    assert step_for(jumping, 0.4) == found
+
+
 def test_model_of_its_own_step_has_the_step_for_the_inputs(tmp_path: Path) -> None:
     system = load_system(
         Specification(

@@ -36,8 +36,8 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
 
     It is judged on trajectories in range that the surrogate was not trained on, and that do not
     serve for the FMU's figures. It is omitted if, for one of the outputs, its mean relative
-    deviation from the true errors, over all spans in the split, is not below that of the best
-    constant.
+    deviation from the true errors, over all spans in the first ``MOST_JUDGED`` trajectories of
+    the split, is not below that of the best constant.
     """
     split = _first_of(split, MOST_JUDGED)
     span = surrogate.estimated_samples

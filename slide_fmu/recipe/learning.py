@@ -206,8 +206,9 @@ class LeastSquaresExpert(Table):
     Attributes:
         segment: approximate number of scored samples of a segment of a trajectory. If not given,
             256 or the samples that the window truncates, if they are more; these come before the
-            scored ones.
-        part: every ``part``-th segment makes the data of the starts.
+            scored ones. Where a part of the data is learnt from and the window truncates more
+            than 512 samples, a quarter of these, but no fewer than 256, is scored.
+        part: every ``part``-th segment makes the data of the starts, or fewer of very many.
         start_iterations: iterations of each start.
         kept: best starts by validation that go on.
         kept_iterations: iterations of each of them, on the same data.
@@ -245,7 +246,8 @@ class LeastSquaresRecipe(Table):
             file.
         seed: seed of the starts.
         starts: number of random starts.
-        iterations: iterations of the best of them, on all data.
+        iterations: most iterations of the best of them, on all data, or on some segments of very
+            many. A fit ends earlier where its validation error no longer falls.
         start: path of an FMU of slide-fmu whose network the training begins with: for example one
             that was learnt from a simulation and is refined on a record, or at one value of
             physical parameters and is to follow them. Then there is no search, and the FMU gives

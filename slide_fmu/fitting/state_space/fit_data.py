@@ -56,8 +56,8 @@ class FitData:
         problem: the problem that they are cut from.
         network, training: the recipe's tables of the network and of its training.
         whole: segments of all trajectories.
-        part: some of these segments, for the starts.
-        validation: segments that select the parameters.
+        part: some of these segments, or shorter ones, for the starts.
+        validation: segments that select the parameters, some of very many.
         features: scaled features of whole trajectories, shape (n_trajectories, N, n_features).
         roles: the features for state input, feedthrough, scheduling variables and so on.
         pieces: number of segments of each trajectory.

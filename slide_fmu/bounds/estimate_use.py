@@ -28,7 +28,7 @@ def known_predictions(surrogate: Surrogate, split: Split) -> FloatArray:
 
 
 MOST_JUDGED = 150
-"""Largest number of trajectories that an estimate is judged on; their kinds take turns."""
+"""Largest number of trajectories that an estimate is judged on."""
 
 
 def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
@@ -36,10 +36,10 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
 
     It is judged on trajectories in range that the surrogate was not trained on, and that do not
     serve for the FMU's figures. It is omitted if, for one of the outputs, its mean relative
-    deviation from the true errors, over all spans in the first ``MOST_JUDGED`` trajectories of
-    the split, is not below that of the best constant.
+    deviation from the true errors, over all spans in ``MOST_JUDGED`` trajectories of the
+    split at most, is not below that of the best constant.
     """
-    split = _first_of(split, MOST_JUDGED)
+    split = _some_of(split, MOST_JUDGED)
     span = surrogate.estimated_samples
     first = surrogate.window.memory_length
     if surrogate.estimator is None:
@@ -71,10 +71,12 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
     return None
 
 
-def _first_of(split: Split, most: int) -> Split:
-    """Return the first trajectories of a split."""
-    parameters = None if split.parameters is None else split.parameters[:most]
-    return Split(split.inputs[:most], split.outputs[:most], split.kinds[:most], parameters)
+def _some_of(split: Split, most: int) -> Split:
+    """Return trajectories from all over a split, in which those of a record file stand together."""
+    count = len(split.inputs)
+    chosen = np.linspace(0, count - 1, min(most, count)).round().astype(np.int64)
+    parameters = None if split.parameters is None else split.parameters[chosen]
+    return Split(split.inputs[chosen], split.outputs[chosen], split.kinds[chosen], parameters)
 
 
 def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:

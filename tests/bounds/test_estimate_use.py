@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slide_fmu.bounds.estimate_use import known_predictions
+from slide_fmu.bounds.estimate_use import _some_of, known_predictions
 from slide_fmu.data.trajectories import Split
 from tests.fmu.samples import CellShape, Shape, random_surrogate
 
@@ -27,3 +27,18 @@ def test_each_trajectory_has_its_own_parameters() -> None:
     at_starts = known_predictions(surrogate, replace(split, parameters=None))
     np.testing.assert_array_equal(at_starts, surrogate.predict_newest_batch(inputs))
     assert np.abs(at_starts - found).max() > 1e-3
+
+
+def test_estimate_is_judged_on_trajectories_of_all_record_files() -> None:
+    """Those of a file stand together, and each keeps its inputs, outputs and parameters."""
+    numbers = np.arange(500.0)
+    files = np.repeat([0, 1, 2], [300, 150, 50])
+    split = Split(numbers[:, None, None], numbers[:, None, None], files, numbers[:, None])
+    some = _some_of(split, 150)
+    assert np.bincount(some.kinds).tolist() == [90, 45, 15]
+    chosen = some.inputs[:, 0, 0]
+    assert len(set(chosen.tolist())) == 150
+    np.testing.assert_array_equal(some.outputs[:, 0, 0], chosen)
+    assert some.parameters is not None
+    np.testing.assert_array_equal(some.parameters[:, 0], chosen)
+    np.testing.assert_array_equal(_some_of(some, 200).kinds, some.kinds)

@@ -72,7 +72,7 @@ def useless_estimate(surrogate: Surrogate, split: Split) -> str | None:
 
 
 def _some_of(split: Split, most: int) -> Split:
-    """Return trajectories from all over a split, in which those of a record file stand together."""
+    """Return trajectories from all over a split; those of a record file stand together in it."""
     count = len(split.inputs)
     chosen = np.linspace(0, count - 1, min(most, count)).round().astype(np.int64)
     parameters = None if split.parameters is None else split.parameters[chosen]

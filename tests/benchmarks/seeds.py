@@ -7,6 +7,8 @@ Each has its own, so that no figure depends on motions by which another one was 
 of the recipes' data have the seeds 20261 to 20264, and other streams of them too. A benchmark
 that draws beyond the range does so with the next seed, so seeds are a hundred apart.
 
+``UNPREPARED`` is the seed with which these kinds and models came, before any figure was known.
+
 ``decay_times.py``, ``robot_accuracy.py``, ``slider_crank_accuracy.py`` and
 ``socket_mesh_study.py`` draw motions of their own, from plain generators and no recipe;
 ``wiener_hammerstein.py`` has a record.
@@ -26,3 +28,4 @@ FURTHER_KINDS = 20_261_200
 USER_KINDS = 20_261_300
 HELD_BETWEEN = 20_261_400
 HELD_ANYTIME = 20_261_500
+UNPREPARED = 11

@@ -26,10 +26,6 @@ PHASE_SAMPLES, FINER, FEWEST_OF_SPLINE = 120, 8, 4
 """Samples of a phase plot around the largest error, points of its spline per sample, and the
 fewest samples that a spline needs."""
 
-SHOWN_SECONDS, SHOWN_SAMPLES = 6.0, 8000
-"""Time in s around the largest error that charts side by side show, and their largest number of
-samples: more samples look like a black bar."""
-
 CLOSE_SECONDS, CLOSE_SAMPLES = 2.0, (60, 600)
 """Time in s around the largest error that a close-up shows, and its fewest and most samples."""
 

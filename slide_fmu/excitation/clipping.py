@@ -12,6 +12,7 @@ from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.excitation.base import Kind
 from slide_fmu.excitation.channels import ChannelKind
 from slide_fmu.excitation.recorded import Recorded
+from slide_fmu.excitation.spectra import BandSines
 
 DRAWS, SAMPLES = 40, 500
 """Number of inputs that are drawn to find the share of clipped values, and samples of each."""
@@ -34,9 +35,10 @@ def clipped(kind: Kind, signals: tuple[Signal, ...], step: float) -> str | None:
         shares = zip(signals, kind.shares_outside(signals), strict=True)
         clipped_signals = [(signal.name, share) for signal, share in shares if share > SOME]
         return f"{Path(kind.path).name}: {_listed(clipped_signals)}" if clipped_signals else None
-    if not isinstance(kind, ChannelKind):
+    if not isinstance(kind, ChannelKind | BandSines):
         return None
-    share = float(np.mean(np.abs(_drawn(kind, step)) > 1.0))
+    of_input = kind.in_band(kind.bands[0]) if isinstance(kind, BandSines) else kind
+    share = float(np.mean(np.abs(_drawn(of_input, step)) > 1.0))
     if share <= OFTEN:
         return None
     return (

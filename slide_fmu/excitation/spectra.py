@@ -245,12 +245,12 @@ class BandSines(Kind):
     ) -> FloatArray:
         own = [b for s, b in zip(signals, self.bands, strict=True) if s.angle != "sine"]
         drawn = [
-            self._sum(band).inputs(axis, time, factor, rng)
+            self.in_band(band).inputs(axis, time, factor, rng)
             for axis, band in zip(by_axis(signals), own, strict=True)
         ]
         return np.concatenate(drawn, axis=1)
 
-    def _sum(self, band: tuple[float, float]) -> Multisine:
+    def in_band(self, band: tuple[float, float]) -> Multisine:
         """Return the sum in a band; the RMS of a sine is its amplitude over the root of 2."""
         low, high = self.amplitude
         return Multisine(

@@ -16,6 +16,7 @@ from slide_fmu.core.units import behind
 from slide_fmu.data.draws import TEST, Draw
 from slide_fmu.excitation.box import Box, at_points, corners_of_box, points_inside
 from slide_fmu.excitation.channels import ChannelKind
+from slide_fmu.excitation.spectra import BandSines
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -73,7 +74,7 @@ def _holds_inputs(surrogate: Surrogate, recipe: Recipe) -> bool:
         return False
     if any(signal.angle is not None for signal in surrogate.inputs):
         return False
-    return any(isinstance(kind, ChannelKind | Box) for kind in recipe.data.excitation)
+    return any(isinstance(kind, ChannelKind | BandSines | Box) for kind in recipe.data.excitation)
 
 
 def _way_to(surrogate: Surrogate, recipe: Recipe, system: System, point: FloatArray) -> Draw:

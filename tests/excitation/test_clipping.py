@@ -33,6 +33,14 @@ def test_amplitude_far_above_one_is_remarked_with_its_share() -> None:
     assert remark_on(kind="box", duration=[0.1, 1.0], ramp=[0.1, 1.0]) is None
 
 
+def test_amplitude_of_bands_far_above_one_is_remarked() -> None:
+    bands = {"kind": "band_sines", "bands": [[5.0, 50.0]]}
+    assert remark_on(**bands, amplitude=[0.1, 1.0], offset=[0.0, 0.0]) is None
+    found = remark_on(**bands, amplitude=[0.5, 4.0])
+    assert found is not None
+    assert "amplitude = [0.5, 4] is a factor" in found
+
+
 def test_recorded_input_beyond_its_range_is_remarked_by_name(tmp_path: Path) -> None:
     path = write_record(tmp_path, count=5001)
     assert clipped(recorded(path), (ROAD,), STEP) is None

@@ -46,6 +46,14 @@ def test_the_scored_part_is_the_rest_under_constant_inputs() -> None:
         np.testing.assert_allclose(motion.truth[scored[-1]], rest.outputs[-1], atol=1e-3 * size)
 
 
+def test_inputs_that_move_in_bands_of_their_own_are_held_too() -> None:
+    bands = {"kind": "band_sines", "weight": 1.0, "bands": [[1.0, 9.0]]}
+    moved = whole_recipe(
+        {**RECIPE.model_dump(), "data": {**RECIPE.data.model_dump(), "excitation": [bands]}}
+    )
+    assert constant_motions(surrogate_of(), case_of(moved), silent)
+
+
 def test_planned_motions_and_drives_are_never_constant() -> None:
     moves = {"kind": "point_to_point", "weight": 1.0}
     driven = whole_recipe(

@@ -227,11 +227,13 @@ def _begun(
     every: int | None = None,
 ) -> Iterator[Beginning | None]:
     """Begin motions together, as many as the system takes at once; None where it takes one."""
+    if not motions:
+        return
+    longest = max(motions, key=lambda motion: len(motion.inputs))
+    parts = 1 if longest.between is None else len(longest.between) // len(longest.inputs)
     first = 0
     while first < len(motions):
-        like = motions[first]
-        parts = 1 if like.between is None else len(like.between) // len(like.inputs)
-        count = motions_at_once(system, len(like.inputs), parts, varied)
+        count = motions_at_once(system, len(longest.inputs), parts, varied)
         part = slice(first, first + count)
         if count == 1:
             yield None

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.signals import FloatArray, Hold, Signal
+from slide_fmu.systems import simulation
 from slide_fmu.systems.base import Motion, State
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
@@ -311,6 +312,25 @@ def test_what_differs_only_far_away_is_found_on_the_way() -> None:
     motions = [Motion(np.full((SAMPLES, 2), 1.0 - k), far) for k in range(3)]
     assert_same(made, motions)
     assert made.most_at_once() == ONE_BY_ONE
+
+
+def test_motions_at_once_have_room_whichever_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Inputs of 100 samples, with three outputs each, and three of them have room."""
+    made, numbers = system(), list[int]()
+    begin = FunctionSystem.begin_together
+
+    def spied(made: FunctionSystem, systems: Any, *more: Any) -> Any:
+        numbers.append(len(systems))
+        return begin(made, systems, *more)
+
+    monkeypatch.setattr(FunctionSystem, "begin_together", spied)
+    monkeypatch.setattr(simulation, "MEMORY", 3 * 8 * 100 * (2 * 2 + 3))
+    motions = [Motion(np.ones((samples, 2))) for samples in (10, 100, 100, 100)]
+    answers = list(simulate_motions(made, motions))
+    assert [len(answer) for answer in answers if isinstance(answer, np.ndarray)] == [
+        11, 101, 101, 101,
+    ]  # fmt: skip
+    assert numbers == [3, 1]
 
 
 @pytest.mark.parametrize("method", ["LSODA", "Radau", "BDF"])

@@ -1,7 +1,7 @@
 """A lag that lies beside its recipe, in two files; for workers that do not see their folder.
 
-Its function takes one state at a time. Motions that are simulated at once would be one job, for
-one worker.
+Its method takes one motion at a time. Motions that are simulated at once would be one job, for one
+worker.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from own_rate import RATE
 inputs = {"drive": "m"}
 outputs = {"level": "m"}
 start = [0.0]
+method = "LSODA"  # one motion at a time: one trajectory is one job
 
 def f(x, u, p):
-    return [RATE * (u[0] - float(x[0]))]  # one state alone: one trajectory is one job
+    return [RATE * (u[0] - x[0])]
 
 def g(x, u, p):
     return [x[0]]

@@ -85,13 +85,16 @@ def test_proposal_draws_other_motions_and_says_so(
     monkeypatch.setattr(first_look, "SAMPLES", 1000)  # in fewer, chance may leave out that force
     found = propose(InitOptions(str(written(tmp_path, 0.85))), silent)
     whole = propose(InitOptions(str(written(tmp_path / "whole", 9.0))), silent)
-    assert whole.remarks == ()
+    (alone,) = whole.remarks  # f takes one state alone
+    assert "for each motion alone" in alone
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)
-    step_remark, failed, at_rest = found.remarks
-    assert "so a part of them showed the step: " in step_remark
-    assert "the spring breaks" in step_remark
-    assert "motions could not be simulated, and others took their place; the first" in failed
-    assert "the model failed at 1 of 6 constant inputs" in at_rest
+    for words in (
+        "so a part of them showed the step: ",
+        "motions could not be simulated, and others took their place; the first",
+        "the model failed at 1 of 6 constant inputs",
+    ):
+        (told,) = [remark for remark in found.remarks if words in remark]
+        assert "the spring breaks" in told
     output = parse_open_recipe(found.text, "proposal").guess.system.outputs["position"]
     assert output.range is not None
     assert -3.0 < output.range[0] < -0.1 < 0.1 < output.range[1] < 3.0
@@ -105,7 +108,7 @@ def test_proposal_for_a_model_that_fails_often_says_why(tmp_path: Path) -> None:
 
 
 @pytest.mark.extended
-@pytest.mark.parametrize("level", [0.8, 0.001])
+@pytest.mark.parametrize("level", [0.9, 0.001])
 def test_trial_goes_on_while_few_motions_fail(level: float, tmp_path: Path) -> None:
     recipe = tmp_path / "fragile.toml"
     recipe.write_text(recipe_text(tmp_path, level))

@@ -79,7 +79,8 @@ def test_step_is_made_finer_until_try_agrees(
     seen = ProposedStep(0.2, 0.5)
     monkeypatch.setattr(first_look, "proposed_step", lambda *_: seen)
     found = propose(InitOptions(path), silent)
-    assert found.remarks == ()
+    (alone,) = found.remarks  # its functions take one state alone
+    assert "for each motion alone" in alone
     assert parse_open_recipe(found.text, "proposal").guess.window.step == 0.1
     assert "At 0.2 s, samples do not show what is between them." in " ".join(
         found.text.replace("#", "").split()

@@ -82,7 +82,7 @@ def drawing_kind(
     if isinstance(chosen, LoopRecipe):
         chosen = usual[choose_kind(usual, rng)]
     if isinstance(chosen, OneAtATime):
-        others = moving_by_themselves(usual)
+        others = [one for one in moving_by_themselves(usual) if chosen.may_move_as(one)]
         return chosen.like(others[choose_kind(others, rng)])
     return chosen
 

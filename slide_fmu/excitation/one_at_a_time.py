@@ -17,9 +17,14 @@ class OneAtATime(Kind):
 
     They rest at their start values, or where the other kind would let them begin.
     Cosine and sine of an angle are one input. The amplitude factor acts as in the other kind.
+
+    Attributes:
+        moves_as: name of the kind of the mix as which the input moves, such as ``"harmonic"``; if
+            not given, any of the other kinds.
     """
 
     kind: Literal["one_at_a_time"]
+    moves_as: str | None = None
     _like: Kind | None = PrivateAttr(None)
 
     @property
@@ -35,6 +40,10 @@ class OneAtATime(Kind):
     def jumping(self, inputs: FloatArray) -> NDArray[np.bool_]:
         assert self._like is not None  # ``drawing_kind`` has chosen it
         return self._like.jumping(inputs)
+
+    def may_move_as(self, other: Kind) -> bool:
+        """Tell whether the input may move as in another kind."""
+        return self.moves_as is None or getattr(other, "kind", "") == self.moves_as
 
     def like(self, other: Kind) -> OneAtATime:
         """Return the kind whose input moves as in another kind; ``inputs`` needs that."""
@@ -55,7 +64,8 @@ class OneAtATime(Kind):
             )
 
     def described(self, signals: tuple[Signal, ...], step: float) -> str:
-        return "one input alone moves, as in the other kinds, and the others rest"
+        like = self.moves_as or "the other kinds"
+        return f"one input alone moves, as in {like}, and the others rest"
 
     def inputs(
         self,

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from typing import Any
 
 from slide_fmu.excitation.kinds import moving_by_themselves
+from slide_fmu.excitation.one_at_a_time import OneAtATime
 from slide_fmu.excitation.recorded import Recorded
 from slide_fmu.recipe.automatic import LENGTHS
 from slide_fmu.recipe.error_bound import BoundRecipe
@@ -184,6 +185,15 @@ def require_other_kinds(recipe: Recipe) -> None:
                 f"{table}.excitation has the kind 'one_at_a_time' only; expected another kind "
                 "in this table, which says how the input moves: add one, or remove 'one_at_a_time'"
             )
+        others = moving_by_themselves(kinds)
+        known = sorted({str(getattr(one, "kind", "")) for one in others})
+        for kind in kinds:
+            if isinstance(kind, OneAtATime) and kind.moves_as not in (None, *known):
+                raise ValueError(
+                    f"{table}.excitation has the kind 'one_at_a_time' with moves_as = "
+                    f"{kind.moves_as!r}; expected one of the other kinds of this table, {known}: "
+                    "add such a kind, or leave moves_as out"
+                )
 
 
 def require_beyond_learnt(recipe: Recipe) -> None:

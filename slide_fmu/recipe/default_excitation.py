@@ -37,6 +37,9 @@ SAMPLES_APART = 8
 BOX_WEIGHT = 0.2
 """Weight, of 1 in all, of constant inputs at corners of the ranges and inside, and of the motions
 between them."""
+TONE = "harmonic"
+"""The kind of lasting tones. With one input alone, they are a kind of their own: kinds take turns
+where bounds are calibrated, and else such tones were a few motions of hundreds."""
 ALONE_WEIGHT = 0.2
 """Weight, of 1 in all, of motions in which one of several inputs moves alone."""
 BAND_WEIGHT = 0.25
@@ -93,10 +96,19 @@ def default_excitation(
     *others, box = mix
     kept = [] if turning else [box]
     if len(widths) > 1:
-        kept.append({"kind": "one_at_a_time", "weight": ALONE_WEIGHT})
+        kept += _alone(others)
     at_work = _sharing(_in_bands(_all_known(bands, step)), BAND_WEIGHT) if any(bands) else []
     rest = 1.0 - BOX_WEIGHT - (ALONE_WEIGHT if len(widths) > 1 else 0.0)
     return [*_sharing(others, rest - (BAND_WEIGHT if at_work else 0.0)), *at_work, *kept]
+
+
+def _alone(others: Sequence[KindTable]) -> list[KindTable]:
+    """Return the tables of one input alone: lasting tones, if the mix has some, and the rest."""
+    if not any(one["kind"] == TONE for one in others):
+        return [{"kind": "one_at_a_time", "weight": ALONE_WEIGHT}]
+    half = ALONE_WEIGHT / 2
+    tones: KindTable = {"kind": "one_at_a_time", "weight": half, "moves_as": TONE}
+    return [tones, {"kind": "one_at_a_time", "weight": half}]
 
 
 def highest_frequency(step: float) -> float:

@@ -156,6 +156,11 @@ OF_SEVERAL: dict[str, tuple[tuple[Signal, ...], dict[str, Any], str]] = {
         {},
         "one input alone moves, as in the other kinds, and the others rest",
     ),
+    "one_at_a_time as a tone": (
+        MIXED,
+        {"moves_as": "harmonic"},
+        "one input alone moves, as in harmonic, and the others rest",
+    ),
     "box": (
         MIXED,
         {"duration": [2.0, 5.0], "ramp": [0.1, 1.0]},

@@ -107,6 +107,13 @@ def test_other_kinds_are_chosen_by_their_weights() -> None:
     assert drawing_kind(SINE, usual, rng) is SINE
 
 
+def test_input_moves_as_the_kinds_that_are_named() -> None:
+    alone = kind_of("one_at_a_time", moves_as="harmonic")
+    usual, rng = [alone, SINE, HELD.model_copy(update={"weight": 50.0})], np.random.default_rng(1)
+    assert SINE.kind == "harmonic"
+    assert all(drawing_kind(alone, usual, rng).bends for _ in range(20))
+
+
 def test_outer_inputs_of_a_loop_may_move_alone() -> None:
     loop = LoopRecipe(output="place", input="force", weight=1.0, stiffness=(10.0, 90.0))
     usual, rng = [kind_of("one_at_a_time"), SINE], np.random.default_rng(2)

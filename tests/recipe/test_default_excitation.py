@@ -123,10 +123,11 @@ def test_inputs_whose_rates_act_move_at_a_sensible_speed() -> None:
 def test_each_of_several_inputs_also_moves_alone(inputs: InputKind) -> None:
     of_one = default_excitation(0.01, inputs, [2.0])
     assert "one_at_a_time" not in {table["kind"] for table in of_one}
-    *others, alone = default_excitation(0.01, inputs, [2.0, 5.0])
-    assert alone == {"kind": "one_at_a_time", "weight": 0.2}
+    *others, tones, alone = default_excitation(0.01, inputs, [2.0, 5.0])
+    assert alone == {"kind": "one_at_a_time", "weight": 0.1}
+    assert tones == {**alone, "moves_as": "harmonic"}
     assert [table["kind"] for table in others] == [table["kind"] for table in of_one]
-    weights = [table["weight"] for table in (*others, alone)]
+    weights = [table["weight"] for table in (*others, tones, alone)]
     assert sum(weights) == pytest.approx(1.0, abs=0.02)
 
 

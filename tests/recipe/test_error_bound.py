@@ -109,6 +109,11 @@ def test_inputs_that_move_alone_need_another_kind_in_their_table(table: str) -> 
     ]
     with refused(ValueError, f"{table}.excitation has the kind 'one_at_a_time' only", "add one"):
         recipe(alone)
+    of_sine = {**alone, "moves_as": "harmonic"}
+    assert recipe(of_sine, sine)
+    of_noise = {**alone, "moves_as": "noise"}
+    with refused(ValueError, "moves_as = 'noise'", "this table, ['harmonic']", "leave moves_as"):
+        recipe(of_noise, sine)
 
 
 def test_inputs_may_move_alone_as_the_kinds_of_several_tables() -> None:

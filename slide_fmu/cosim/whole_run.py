@@ -80,7 +80,8 @@ def run_fmu(
         parameters: values set before initialization.
         step: communication step in s; the FMU's own if not given.
         timed: whether the calls of every step are timed, as Python makes them; else a loop in C
-            makes them, which is faster.
+            makes them, which is faster and gives the same. Where there is no compiled library for
+            this platform, Python makes them.
 
     Raises:
         CoSimulationError: a variable does not exist, the FMU takes no such step, or it reports an

@@ -27,6 +27,7 @@ from slide_fmu.systems.declared import (
 )
 from slide_fmu.systems.errors import LoadError, SimulationError
 from slide_fmu.systems.exudyn.plant import INTEGRATOR_NAMES, Integrator, Plant, raised_in_exudyn
+from slide_fmu.systems.exudyn.time_dependence import require_no_time
 from slide_fmu.systems.exudyn.wired_system import PlantSolver, WiredPlant, WiredSystem
 from slide_fmu.systems.exudyn.wires import InputTable, OutputTable
 from slide_fmu.systems.specification import (
@@ -106,7 +107,8 @@ class _ExudynSystem(WiredSystem):
         """Build the model and let it answer once, at its initial configuration.
 
         Raises:
-            LoadError: the file or the model lacks something, or parameters do not fit.
+            LoadError: the file or the model lacks something, parameters do not fit, or outputs
+                depend on time.
             SimulationError: forces or outputs cannot be computed there.
         """
         file = read_model(specification.model)
@@ -131,6 +133,8 @@ class _ExudynSystem(WiredSystem):
             self.advance(self._last_input)
             self.set_state(self._start)
         model.wires.require_readers()
+        require_no_time(model, inputs, outputs)
+        self.set_state(self._start)
         self.solved_by = INTEGRATOR_NAMES[model.plant.integrator]
         self.fineness = {"substeps": model.plant.substeps}
 

@@ -159,6 +159,28 @@ class Plant:
         self._coordinates, self._velocities = self._reached()
         self._running = self.visible = True
 
+    def after_step(
+        self, coordinates: FloatArray, velocities: FloatArray, begin: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the state after one sample step that begins at a time in s, (n,) each.
+
+        Coordinates and velocities are in SI units, (n,) each. Sensors see the state that was
+        reached; the plant's own one stays as it is.
+
+        Raises:
+            SimulationError: as of ``advance``.
+        """
+        self._running = self.visible = False
+        settings = _settings_of(self.step, self.substeps, self.integrator)
+        settings.timeIntegration.startTime = begin
+        settings.timeIntegration.endTime = begin + self.step
+        newton = self._settings.timeIntegration.newton
+        settings.timeIntegration.newton.absoluteTolerance = newton.absoluteTolerance
+        self._to_initial(coordinates, velocities)
+        self._call("did not start", self._solver.InitializeSolver, self._solver, settings=settings)
+        self._call("stopped", self._solver.SolveSteps, self._solver, settings=settings)
+        return self._reached()
+
     def show(self) -> None:
         """Let sensors see the current state, with accelerations that follow from its forces.
 

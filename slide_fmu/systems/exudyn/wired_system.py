@@ -13,6 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
 from slide_fmu.systems.base import Linearization, State
+from slide_fmu.systems.exudyn.dependent_constraints import require_independent_constraints
 from slide_fmu.systems.exudyn.equilibrium import equilibrium
 from slide_fmu.systems.exudyn.plant import Integrator, Plant
 from slide_fmu.systems.exudyn.plant_system import PlantSystem
@@ -93,6 +94,7 @@ class WiredSystem(PlantSystem[WiredPlant]):
         inputs, outputs = self._wires()
         container, mbs, kept = assembled(self._fill)
         wires = Wires(mbs, inputs, outputs, self._moving)
+        require_independent_constraints(mbs)
         plant = _plant(container, mbs, self.solver, wires.moves_parameters)
         plant.continuous = False  # forces jump with held inputs, and with rates of moving ones
         if wires.moves_parameters:

@@ -36,6 +36,7 @@ from slide_fmu.memory.motions import (
 )
 from slide_fmu.memory.path_dependence import path_dependence
 from slide_fmu.memory.time_budget import TimeBudget
+from slide_fmu.memory.time_dependence import time_dependence
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.systems.base import Linearizable, System
 from slide_fmu.systems.simulation import simulate
@@ -204,10 +205,13 @@ def size_window(
     Raises:
         UnstableModeError: a mode of the system linearized at rest grows, or the slowest mode grows
             in the mean along a motion.
-        NotForgettingError: the linearized system has no decay, since it does not forget at rest.
+        NotForgettingError: the linearized system has no decay, since it does not forget at rest;
+            or outputs depend on time.
         SimulationError: more motions could not be simulated than ``data.most_failures`` allows.
         ValueError: the linearized system has no damping, so that initial effects never decay.
     """
+    if (clock := time_dependence(system)) is not None:
+        raise NotForgettingError(f"recipe {recipe.name!r}: {clock}")
     window = recipe.window.as_window
     patience = patience or TimeBudget()
     motions = motions_of(recipe, system, seed, most, patience)

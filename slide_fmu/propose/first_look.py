@@ -27,6 +27,7 @@ from slide_fmu.memory.bandwidth import (
 from slide_fmu.memory.modes import UnstableModeError, spectrum
 from slide_fmu.memory.path_dependence import path_dependence_without_recipe
 from slide_fmu.memory.sizing import NotForgettingError
+from slide_fmu.memory.time_dependence import time_dependence
 from slide_fmu.propose.lasting_tones import Tone, answers_to, tones_of
 from slide_fmu.propose.working_step import working_step
 from slide_fmu.recipe.default_excitation import KindTable
@@ -126,17 +127,20 @@ def look(settings: FirstLookSettings, progress: Progress) -> FirstLook:
 
     Raises:
         LoadError: the model cannot be made.
-        NotForgettingError: its outputs integrate, so that no window can hold it.
+        NotForgettingError: its outputs integrate, so that no window can hold it, or depend on
+            time.
         SimulationError: it fails with any step, or on more than a few motions.
     """
     step, origin, failed = _step(settings, part_of(progress, "step", at_most=True))
     step = taken_step(step, settings.only_step)
     progress = part_of(progress)
     remarks = [] if failed is None else [failed]
+    system = load_system(replace(settings.specification, step=step))
+    if (clock := time_dependence(system)) is not None:
+        raise NotForgettingError(clock)
     if settings.excitation is None:
         nothing, none = np.empty(0), np.empty(0, dtype=bool)
         return FirstLook(step, origin, nothing, nothing, none, 0, tuple(remarks), none, none)
-    system = load_system(replace(settings.specification, step=step))
     known = system.remarks  # the model's declarations have these
     lasts = path_dependence_without_recipe(system)
     if lasts is not None:

@@ -212,6 +212,14 @@ class System(Source):
         """
 
 
+class BegunLater(System):
+    """A system offers to begin later, so that it shows whether it depends on the time itself."""
+
+    @abc.abstractmethod
+    def begun_later(self, samples: int) -> System:
+        """Return the same system, whose clock shows a number of sample steps more at the start."""
+
+
 class Stepping(System):
     """A Stepping system offers to go on step by step, so that it can run in a co-simulation."""
 

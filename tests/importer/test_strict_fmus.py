@@ -15,6 +15,7 @@ from slide_fmu.cosim.whole_run import run_fmu
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import unpacked
 from slide_fmu.importer.instance import instantiated
+from slide_fmu.memory.sizing import NotForgettingError
 from slide_fmu.propose.proposal import InitOptions, propose
 from slide_fmu.recipe.writing import ModelDraft
 from slide_fmu.systems.base import Stepping, System
@@ -153,3 +154,10 @@ def test_proposal_probes_an_fmu_by_its_step_alone(tmp_path: Path, names_step: bo
     draft = propose(InitOptions(str(fmu), fmu_step=told), quiet).draft
     assert isinstance(draft, ModelDraft)
     assert draft.step / 0.004 == pytest.approx(round(draft.step / 0.004))
+
+
+@pytest.mark.parametrize("time", first([1.0, 100.0]))
+def test_fmu_with_a_clock_inside_is_refused_by_init(tmp_path: Path, time: float) -> None:
+    fmu = build_strict_lag(tmp_path / "lag.fmu", start=None, clock=time)
+    with refused(NotForgettingError, "depend on time", "level differs by up to 0.", "s later"):
+        propose(InitOptions(str(fmu)), quiet)

@@ -19,7 +19,8 @@ def build_strict_lag(
     only_one: bool = False,
     only_step: float | None = None,
     names_step: bool = True,
-    start: float = 0.0,
+    start: float | None = 0.0,
+    clock: float | None = None,
     end: float | None = None,
 ) -> Path:
     """Compile the lag of ``c/strict_lag_fmi2.c``, and write it as FMU.
@@ -29,10 +30,12 @@ def build_strict_lag(
         only_one: whether one instance in a process is all that it allows.
         only_step: the step in s whose multiples alone it takes.
         names_step: whether its default experiment names that step, or else 0.01 s.
-        start: the only start time in s that it takes.
+        start: the only start time in s that it takes; any if None.
+        clock: the time in s from which on another drive acts too.
         end: the time in s beyond which it takes no step.
     """
-    flags = [f"-DSTART={start!r}"]
+    flags = [] if start is None else [f"-DSTART={start!r}"]
+    flags += [] if clock is None else [f"-DCLOCK={clock!r}"]
     flags += ["-DONLY_ONE"] if only_one else []
     flags += [] if only_step is None else [f"-DONLY_STEP={only_step!r}"]
     flags += [] if end is None else [f"-DEND={end!r}"]
@@ -46,7 +49,7 @@ def build_strict_lag(
 <fmiModelDescription fmiVersion="2.0" modelName="lag" guid="{{{path.stem}}}">
   <CoSimulation modelIdentifier="lag" canBeInstantiatedOnlyOncePerProcess="{words["once"]}"
       canHandleVariableCommunicationStepSize="{words["any"]}"/>
-  <DefaultExperiment startTime="{start}" {stop} {step}/>
+  <DefaultExperiment startTime="{start or 0.0}" {stop} {step}/>
   <ModelVariables>
     <ScalarVariable name="drive" valueReference="0" causality="input">
       <Real start="0" min="-1" max="1"/></ScalarVariable>

@@ -7,6 +7,7 @@ units, ranges and parameters are those of the model description.
 from __future__ import annotations
 
 from collections.abc import Container
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from slide_fmu.importer.description import (
     start_time,
 )
 from slide_fmu.systems.base import (
+    BegunLater,
     Jumping,
     Linearizable,
     State,
@@ -150,7 +152,7 @@ def _solver_of(plan: Plan) -> tuple[str, dict[str, float]]:
     return "the FMU's own solver", fineness
 
 
-class FmuSystem(Jumping):
+class FmuSystem(Jumping, BegunLater):
     """An FmuSystem is an FMU that begins at its own start, and goes step by step.
 
     Interface: never instantiated.
@@ -172,6 +174,9 @@ class FmuSystem(Jumping):
         self.plan = plan
         self.solved_by, self.fineness = _solver_of(plan)
         self._runs = Runs(self._make_steps)
+
+    def begun_later(self, samples: int) -> System:
+        return type(self)(replace(self.plan, later=samples))
 
     def _make_steps(self) -> FmuSteps:
         exchanged = self.plan.file.interface == "model_exchange"

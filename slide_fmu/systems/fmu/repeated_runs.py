@@ -168,7 +168,7 @@ class Runs:
         steps = self.steps
         plan = steps.plan
         text = (
-            f"FMU {plan.file.path.name!r} failed at t = {steps.instance.begin + time:.6g} s with "
+            f"FMU {plan.file.path.name!r} failed at t = {steps.time(0) + time:.6g} s with "
             f"{values_text(plan.inputs, inputs)}: {reason}"
         )
         self._drop()

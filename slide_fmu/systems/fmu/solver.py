@@ -59,12 +59,12 @@ class SolverSteps(FmuSteps):
     def __init__(self, plan: Plan) -> None:
         super().__init__(plan)
         self._solver: Any = None
-        self._time, self._next_event = self.instance.begin, math.inf
+        self._time, self._next_event = self.time(0), math.inf
         self._reached = np.zeros(len(plan.inputs))
         self._move(self._time, np.zeros(len(plan.inputs)))
 
     def begin(self, held: FloatArray) -> None:
-        self._time = self.instance.begin
+        self._time = self.time(0)
         self._move(self._time, held)
         self._update_discrete_states()
         self._solver = self._make_solver()
@@ -171,7 +171,7 @@ class SolverSteps(FmuSteps):
             **given,
             get_nominals=calls.getNominalsOfContinuousStates,
             set_time=self._set_time,
-            startTime=self.instance.begin,
+            startTime=self.time(0),
             maxStep=self.plan.step,
             relativeTolerance=options.tolerance or TOLERANCE,
             maxNumSteps=MOST_PARTS,

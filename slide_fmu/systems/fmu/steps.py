@@ -25,6 +25,7 @@ class Plan:
         step: sample step h in s.
         inputs, outputs: its signals.
         parameters: values of its parameters by name, and of inputs that are no signals.
+        later: number of sample steps after the FMU's own start time at which motions begin.
     """
 
     file: FmuFile
@@ -32,6 +33,7 @@ class Plan:
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     parameters: Mapping[str, Parameter]
+    later: int = 0
 
     @property
     def ramped(self) -> bool:
@@ -82,13 +84,14 @@ class FmuSteps(abc.ABC):
             self.plan.parameters,
             self.inputs,
             held.tolist(),
+            start=self.time(0),
             tolerance=self.plan.file.options.tolerance,
         )
         self.begin(held)
 
     def time(self, number: int) -> float:
         """Return the time of a sample in s, for the FMU."""
-        return self.instance.begin + number * self.plan.step
+        return self.instance.begin + (self.plan.later + number) * self.plan.step
 
     @abc.abstractmethod
     def begin(self, held: FloatArray) -> None:

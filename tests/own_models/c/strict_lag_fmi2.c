@@ -1,6 +1,7 @@
 /* A lag as FMU of FMI 2.0 for co-simulation, which is strict in what it takes: one instance (ONLY_ONE),
  * multiples of one step (ONLY_STEP), one start time (START), no time beyond an end (END). What is
- * wrong it logs by a format and its numbers. Value references: 0 drive, 1 level. */
+ * wrong it logs by a format and its numbers. With CLOCK, a time, another drive acts from that time on.
+ * Value references: 0 drive, 1 level. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -80,7 +81,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real begin, fmi2Real step, fmi2Boolea
 #ifdef END
     if (begin + step > END + 1e-9) REFUSE(lag->callbacks, "%.2f s is beyond the end", begin + step);
 #endif
-    lag->level += (1.0 - exp(-step / LAG)) * (lag->drive - lag->level);
+    double drive = lag->drive;
+#ifdef CLOCK
+    drive += begin >= CLOCK ? 0.5 : 0.0;
+#endif
+    lag->level += (1.0 - exp(-step / LAG)) * (drive - lag->level);
     lag->time = begin + step;
     return fmi2OK;
 }

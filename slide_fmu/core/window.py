@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.signals import FloatArray
 
 MAX_WINDOW = 1 << 20
@@ -24,9 +25,10 @@ def checked_batch(name: str, values: NDArray[Any], shape: tuple[int, int]) -> Fl
     """Return values as a batch in float64 whose elements have a shape: (B, samples, channels).
 
     Raises:
+        TypeError: they are no real numbers.
         ValueError: they have another shape; the message starts with the name.
     """
-    array = np.asarray(values, dtype=np.float64)
+    array = given_numbers(name, values)
     if array.ndim != 3 or array.shape[1:] != shape:
         raise ValueError(f"{name} of shape {array.shape}; expected (B, {shape[0]}, {shape[1]})")
     return array

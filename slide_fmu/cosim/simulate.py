@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.held_means import held_means
 from slide_fmu.core.signals import FloatArray, cosines_of
 from slide_fmu.cosim.between import even_out, refine
@@ -64,6 +65,7 @@ def simulate(
     Raises:
         CoSimulationError: the FMU cannot be run, or reports an error.
         FmuError: the file is not an FMU, or its model description cannot be read.
+        TypeError: times or inputs are no real numbers.
         ValueError: times or inputs do not have these shapes, are not finite, or times do not rise.
     """
     path = Path(fmu)
@@ -172,9 +174,10 @@ def _checked(
     """Return times (N,) and inputs (N, n_inputs) as float64.
 
     Raises:
+        TypeError: they are no real numbers.
         ValueError: they have other shapes, are not finite, or times do not rise.
     """
-    times, values = np.asarray(t, dtype=np.float64), np.asarray(u, dtype=np.float64)
+    times, values = given_numbers("t", t), given_numbers("u", u)
     if times.ndim != 1 or len(times) == 0:
         raise ValueError(f"t of shape {times.shape}; expected (N,), at least one time in s")
     values = values[:, None] if values.ndim == 1 and len(inputs) == 1 else values

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.scaling import Affine
 from slide_fmu.core.signals import FloatArray, Signal, check_inputs, cosines_of, hold_of
 from slide_fmu.surrogate.error_bound import ErrorBound
@@ -120,14 +121,10 @@ def checked_inputs(
     ``leading`` names an axis in front of the samples, followed by a comma.
 
     Raises:
-        ValueError: wrong number of channels, no samples, or values that are not real and finite.
+        TypeError: values are no real numbers.
+        ValueError: wrong number of channels, no samples, or values that are not finite.
     """
-    given = np.asarray(inputs)
-    if given.dtype.kind not in "biuf":  # numpy would drop imaginary parts with a warning
-        raise ValueError(
-            f"inputs of type {given.dtype}; expected real numbers, in the inputs' units"
-        )
-    array = given.astype(np.float64)
+    array = given_numbers("inputs", inputs)
     axes = 3 if leading else 2
     if array.ndim != axes or array.shape[-1] != len(signals) or array.size == 0:
         names = [signal.name for signal in signals]

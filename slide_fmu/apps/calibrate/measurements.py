@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.surrogate.checks import checked_inputs
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -99,7 +100,7 @@ def _records(values: Arrays) -> list[NDArray[Any]]:
 
 
 def _checked_outputs(values: NDArray[Any], count: int, signals: tuple[Signal, ...]) -> FloatArray:
-    array = np.asarray(values, dtype=np.float64)
+    array = given_numbers("outputs", values)
     if array.shape != (count, len(signals)):
         raise ValueError(
             f"outputs of shape {array.shape}; expected ({count}, {len(signals)}): as many samples "

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.importer.description import REALS, read_description, require_co_simulation
@@ -358,12 +359,18 @@ def _course(name: str, given: Any) -> Course:
         _require_number(name, given, REALS[0])
         return lambda time: float(given)
     try:
-        times, values = (np.asarray(part, dtype=np.float64) for part in given)
-    except (TypeError, ValueError):
+        pair = tuple(given)
+    except TypeError:
+        pair = ()
+    if len(pair) != 2:
         raise ValueError(
             f"input {name!r} = {given!r}; expected a number, a function of the time in s, or "
             "times in s and values"
-        ) from None
+        )
+    times, values = (
+        given_numbers(f"input {name!r}: {what}", part)
+        for what, part in zip(("times in s", "values"), pair, strict=True)
+    )
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ValueError(
             f"input {name!r}: times of shape {times.shape} and values of shape {values.shape}; "

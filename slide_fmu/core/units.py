@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -39,6 +41,21 @@ COMMON = frozenset((
 """Symbols accepted without pint, and symbols of FMUs that pint does not know. Pint knows all
 others, but its list of units is long and slow to read."""
 
+PINT_BASES = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+    "radian": "rad",
+}
+"""Symbols of SI base units, by pint's names."""
+
+NOT_MEANT = {"1", "%", "Hz", "var"}
+"""Symbols that no definition by base units means: several quantities have such units."""
+
 FACTOR = re.compile(r"([A-Za-z%_]+|1)\^?([-+]?\d+)?")
 """A symbol, and its exponent if there is one."""
 
@@ -48,6 +65,9 @@ EXAMPLES = "'m', 'rad', 'kN', 'N.m' or 'm/s2'"
 
 PREFIXES = ("k", "M", "m", "kilo", "mega", "milli")
 """Prefixes that users write before the name of a unit in full, as in kNewton."""
+
+SAME_FACTOR = 1e-4
+"""FMUs round the factors of their units to this part."""
 
 NO_UNIT = "1"
 """FMI's name for the unit of a dimensionless number."""
@@ -95,6 +115,43 @@ def require_unit(name: str, unit: str) -> None:
             )
 
 
+def is_known_unit(unit: str) -> bool:
+    """Tell whether a unit is a product of known symbols, as of ``require_unit``."""
+    try:
+        require_unit("", unit)
+    except ValueError:
+        return False
+    return True
+
+
+def unit_of_bases(
+    exponents: Mapping[str, int], factor: float = 1.0, offset: float = 0.0
+) -> str | None:
+    """Return a known unit by its definition in FMI: exponents of SI base units by their symbols.
+
+    A value in the unit is ``factor`` times it plus ``offset`` in base units. It is None if no
+    known unit is defined so.
+    """
+    powers = {base: power for base, power in exponents.items() if power}
+    for name, attributes in BASE_UNITS.items():
+        bases = {base: int(power) for base, power in attributes.items() if base != "factor"}
+        same = math.isclose(factor, float(attributes.get("factor", 1.0)), rel_tol=SAME_FACTOR)
+        if name != NO_UNIT and bases == powers and same and not offset:
+            return name
+    for name in sorted(COMMON - NOT_MEANT):
+        bases, own_factor, own_offset = _definition(name)
+        same = math.isclose(factor, own_factor, rel_tol=SAME_FACTOR)
+        if bases == powers and same and math.isclose(offset, own_offset, abs_tol=SAME_FACTOR):
+            return name
+    if factor != 1.0 or offset or not powers:
+        return None
+    over = [f"{base}{power if power > 1 else ''}" for base, power in powers.items() if power > 0]
+    under = [
+        f"{base}{-power if power < -1 else ''}" for base, power in powers.items() if power < 0
+    ]
+    return "/".join([".".join(over) or NO_UNIT, *under])
+
+
 def _is_known(symbol: str) -> bool:
     """Return whether a text is the symbol of a unit; a name in full is not."""
     if symbol in COMMON:
@@ -111,6 +168,17 @@ def _symbol_of(text: str) -> str | None:
         return f"{_registry().Unit(text):~}"
     except Exception:  # pint's parser fails in many ways on texts that are no units
         return None
+
+
+@cache
+def _definition(symbol: str) -> tuple[dict[str, int], float, float]:
+    """Return exponents, factor and offset of a common symbol; none of one that pint has not."""
+    try:
+        one, zero = (_registry().Quantity(value, symbol).to_base_units() for value in (1.0, 0.0))
+        bases = {PINT_BASES[name]: int(f"{power:g}") for name, power in one.unit_items()}
+    except Exception:  # pint raises errors of many types
+        return {}, math.nan, math.nan
+    return bases, float(one.magnitude - zero.magnitude), float(zero.magnitude)
 
 
 @cache

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
 import fmpy
-from fmpy.model_description import CoSimulation, ModelDescription, ModelExchange
+from fmpy.model_description import (
+    CoSimulation,
+    ModelDescription,
+    ModelExchange,
+    ModelVariable,
+)
 from pydantic import ConfigDict, Field, ValidationError
 
 from slide_fmu.core.mistakes import mistakes
 from slide_fmu.core.toml_table import Table
+from slide_fmu.core.units import PINT_BASES, is_known_unit, unit_of_bases
 from slide_fmu.core.zip_directory import open_archive
 from slide_fmu.importer.description import (
     Interface,
@@ -89,6 +96,20 @@ class FmuFile:
         offer = offered_interfaces(self.description)[self.interface]
         return cast("CoSimulation | ModelExchange", offer)
 
+    @cached_property
+    def units(self) -> Mapping[str, str | None]:
+        """Known units by the names of those that it defines or uses; None without one.
+
+        A name that is not known here is known by its definition.
+        """
+        defined = {unit.name: unit.baseUnit for unit in self.description.unitDefinitions}
+        used = {declared_in(variable, "unit") for variable in self.description.modelVariables}
+        return {
+            name: name if is_known_unit(name) else _by_definition(defined.get(name))
+            for name in used
+            if name
+        }
+
     @property
     def interpolates(self) -> bool:
         """Tell whether it takes the slopes of its inputs in co-simulation, as of FMI 2.0 alone."""
@@ -132,6 +153,20 @@ class FmuFile:
     def held_step(self) -> float | None:
         """The step in s over which an importer holds the inputs; model exchange has none."""
         return self.own_step if self.interface == "co_simulation" else None
+
+
+def declared_in(variable: ModelVariable, key: str) -> str | None:
+    """Return what a variable's description says, or else its type; None if neither does."""
+    declared = variable.declaredType
+    return getattr(variable, key) or (declared and getattr(declared, key)) or None
+
+
+def _by_definition(base: Any) -> str | None:
+    """Return a known unit by what fmpy reads of its definition; None without one."""
+    if base is None:
+        return None
+    exponents = {name: int(getattr(base, name) or 0) for name in PINT_BASES.values()}
+    return unit_of_bases(exponents, float(base.factor or 1.0), float(base.offset or 0.0))
 
 
 def split_options(

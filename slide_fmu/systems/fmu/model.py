@@ -43,6 +43,7 @@ from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (
     limits_of,
     parameters_of,
+    remarks_on_variables,
     require_parameters,
     signals_of,
     tables_of,
@@ -292,7 +293,7 @@ def _remarks_on(file: FmuFile) -> tuple[str, ...]:
         )
     if file.offer.needsExecutionTool:
         remarks.append("it needs the tool that made it where it is simulated")
-    return tuple(remarks)
+    return (*remarks, *remarks_on_variables(file))
 
 
 def _remark_on_inputs(file: FmuFile, hold: Hold) -> str:

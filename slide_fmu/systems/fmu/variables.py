@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from fmpy.model_description import ModelVariable
 from fmpy.simulation import settable_in_initialization_mode, settable_in_instantiated
@@ -16,7 +16,7 @@ from slide_fmu.systems.declared import (
     SignalTables,
 )
 from slide_fmu.systems.errors import LoadError
-from slide_fmu.systems.fmu.file import FmuFile
+from slide_fmu.systems.fmu.file import FmuFile, declared_in
 from slide_fmu.systems.specification import chosen_signals
 
 REALS = ("Real", "Float64", "Float32")
@@ -48,14 +48,10 @@ def signals_of(
     for name in chosen:
         _require_real(file, variables.get(name), causality, name)
     names = list(chosen) or [v.name for v in variables.values() if _is_signal(v, causality)]
-    if not names:
-        raise LoadError(
-            f"FMU {file.path.name!r} has no real {causality}; expected at least one: choose a "
-            f"variable in system.{causality}s of the recipe"
-        )
+    _require_some(file, causality, names)
     offered = {}
     for name in names:
-        table = table_of(variables[name])
+        table = table_of(file, variables[name])
         ends = table.range if name not in chosen else chosen[name].range or table.range
         start = _within(table.start, *(ends or (None, None)))
         offered[name] = table.model_copy(update={"hold": hold, "start": start})
@@ -63,9 +59,41 @@ def signals_of(
 
 
 def tables_of(file: FmuFile, causality: str) -> dict[str, SignalTable]:
-    """Give all real inputs or outputs of an FMU with their descriptions."""
+    """Give all real inputs or outputs of an FMU with their descriptions.
+
+    Raises:
+        LoadError: there are none.
+    """
     variables = file.description.modelVariables
-    return {v.name: table_of(v) for v in variables if _is_signal(v, causality)}
+    tables = {v.name: table_of(file, v) for v in variables if _is_signal(v, causality)}
+    _require_some(file, causality, tables)
+    return tables
+
+
+def remarks_on_variables(file: FmuFile) -> list[str]:
+    """Say which units have other names here, and which inputs are no signals."""
+    variables = file.description.modelVariables
+    remarks = []
+    for name, known in file.units.items():
+        if known == name:
+            continue
+        where = [v.name for v in variables if declared_in(v, "unit") == name and _acts(v)]
+        if where and known is not None:
+            remarks.append(f"unit {name!r} of {', '.join(where)} is {known}, by its definition")
+        elif where:
+            remarks.append(
+                f"unit {name!r} of {', '.join(where)} is not known here, neither by its name nor "
+                "by its definition: values stay as they are; write a known unit of this size into "
+                "the recipe, or leave them without"
+            )
+    others = [v for v in variables if v.causality == "input" and not _is_signal(v, "input")]
+    if others:
+        named = ", ".join(f"{v.name} ({_type_of(v)})" for v in others)
+        remarks.append(
+            f"inputs of other types than real scalars keep their start values: {named}; "
+            "system.parameters may give others"
+        )
+    return remarks
 
 
 def limits_of(file: FmuFile) -> dict[str, tuple[float, float]]:
@@ -73,26 +101,21 @@ def limits_of(file: FmuFile) -> dict[str, tuple[float, float]]:
     limits = {}
     for variable in file.description.modelVariables:
         if _is_signal(variable, "output"):
-            low, high = (_number(_declared(variable, key)) for key in ("min", "max"))
+            low, high = (_number(declared_in(variable, key)) for key in ("min", "max"))
             if (low is None) is not (high is None):
                 ends = -math.inf if low is None else low, math.inf if high is None else high
                 limits[variable.name] = ends
     return limits
 
 
-def _declared(variable: ModelVariable, key: str) -> str | None:
-    """Return what a variable's description says, or else its type; None if neither does."""
-    declared = variable.declaredType
-    return getattr(variable, key) or (declared and getattr(declared, key)) or None
-
-
-def table_of(variable: ModelVariable) -> SignalTable:
+def table_of(file: FmuFile, variable: ModelVariable) -> SignalTable:
     """Return the table of a variable from an FMU's description, without its display unit.
 
     A range needs both ends; a start value outside of an end that there is counts as none.
     """
-    unit, description = (_declared(variable, key) for key in ("unit", "description"))
-    low, high = (_number(_declared(variable, key)) for key in ("min", "max"))
+    unit, description = (declared_in(variable, key) for key in ("unit", "description"))
+    unit = None if unit is None else file.units[unit]
+    low, high = (_number(declared_in(variable, key)) for key in ("min", "max"))
     start = _number(variable.start) if variable.causality == "input" else None
     ends = (low, high) if low is not None and high is not None and low < high else None
     return SignalTable(
@@ -106,7 +129,7 @@ def parameters_of(file: FmuFile) -> tuple[DeclaredParameter, ...]:
         DeclaredParameter(
             variable.name,
             _value(variable),
-            table_of(variable).unit or "",
+            table_of(file, variable).unit or "",
             variable.description or "",
         )
         for variable in file.description.modelVariables
@@ -142,6 +165,18 @@ def require_parameters(file: FmuFile, parameters: Mapping[str, Parameter]) -> No
             )
 
 
+def _require_some(file: FmuFile, causality: str, names: Collection[str]) -> None:
+    """Refuse an FMU without any signal of a causality."""
+    if names:
+        return
+    others = [v for v in file.description.modelVariables if v.causality == causality]
+    found = ", ".join(f"{v.name} is {_type_of(v)}" for v in others)
+    raise LoadError(
+        f"FMU {file.path.name!r} has no real {causality}{f' ({found})' if found else ''}; expected "
+        f"at least one: choose a variable in system.{causality}s of the recipe"
+    )
+
+
 def _require_real(
     file: FmuFile, variable: ModelVariable | None, causality: str, name: str
 ) -> None:
@@ -155,15 +190,22 @@ def _require_real(
             f"correct system.{causality}s in the recipe"
         )
     if variable.type not in REALS or not _is_scalar(variable):
-        kind = variable.type if _is_scalar(variable) else f"{variable.type} array"
         raise LoadError(
-            f"FMU {file.path.name!r}: {causality} {name!r} is of the type {kind}; expected a "
-            "real scalar: leave it out, inputs can have a value in system.parameters"
+            f"FMU {file.path.name!r}: {causality} {name!r} is of the type {_type_of(variable)}; "
+            "expected a real scalar: leave it out, inputs can have a value in system.parameters"
         )
 
 
 def _is_signal(variable: ModelVariable, causality: str) -> bool:
     return variable.causality == causality and variable.type in REALS and _is_scalar(variable)
+
+
+def _acts(variable: ModelVariable) -> bool:
+    return any(_is_signal(variable, causality) for causality in ("input", "output"))
+
+
+def _type_of(variable: ModelVariable) -> str:
+    return variable.type if _is_scalar(variable) else f"{variable.type} array"
 
 
 def _is_scalar(variable: ModelVariable) -> bool:

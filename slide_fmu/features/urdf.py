@@ -22,6 +22,8 @@ MOST_JOINTS = 7
 """Largest number of joints of a chain."""
 MOVING = {"revolute": 0.0, "continuous": 0.0, "prismatic": 1.0}
 """Types of joints that move, and whether they slide."""
+ROUNDED = 1e-6
+"""Files round moments of inertia to this part of the largest one."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """In base axes, m/s^2."""
 
@@ -161,6 +163,13 @@ def _chain(
                 f"{path}: what joint {name!r} moves has no <inertial>; expected one with mass, "
                 "origin and inertia, if need be of mass 0, in its link or in one fixed to it"
             )
+    turned = not slides[-1] and bool(np.any(bodies[-1].inertia))
+    if bodies[-1].mass == 0.0 and not turned:
+        raise UrdfError(
+            f"{path}: what the last joint {names[-1]!r} moves has mass 0; expected a "
+            "body, since nothing resists this joint: give its link a mass, or fix the joint "
+            '(type="fixed")'
+        )
     if tool[0] != len(names):
         raise UrdfError(
             f"{path}: the tool {tool_name!r} is not behind the last joint {names[-1]!r}; expected "
@@ -184,7 +193,23 @@ def _body(path: Path, link: Any) -> RigidPart:
         )
     if mass > 0 and inertial.inertia is None:
         raise UrdfError(f"{path}: link {link.name!r} has a mass, but no <inertia>; expected both")
+    _require_possible(path, link.name, inertia)
     return RigidPart(mass, np.zeros(3), inertia.astype(np.float64)).moved(pose)
+
+
+def _require_possible(path: Path, name: str, inertia: FloatArray) -> None:
+    """Refuse an inertia that no body has, (3, 3) in kg m2: one with a negative principal moment.
+
+    Robots whose inertias were identified may have other impossible ones, with which they move
+    alike.
+    """
+    moments = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
+    if moments[0] < -ROUNDED * float(np.max(np.abs(moments))):
+        raise UrdfError(
+            f"{path}: link {name!r} has the principal moments of inertia "
+            f"{', '.join(f'{moment:.4g}' for moment in moments)} kg m2; expected none below 0, as "
+            "of every body: correct <inertia> of the link, perhaps a sign of its products"
+        )
 
 
 def _pose(path: Path, name: str, origin: Any) -> FloatArray:

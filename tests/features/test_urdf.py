@@ -161,6 +161,17 @@ WRONG = {
     "axis": ('<axis xyz="1 0 0"/>', '<axis xyz="0 0 0"/>', r"'elbow' has the axis \[0.0, 0.0, 0"),
     "mass": ('<mass value="2"/>', '<mass value="nan"/>', "'upper' has mass nan kg and inertia"),
     "negative": ('<mass value="2"/>', '<mass value="-1"/>', "'upper' has mass -1.0 kg"),
+    "negative moment": (
+        'ixx="1"',
+        'ixx="-1"',
+        r"'upper' has the principal moments of inertia -1, 1, 1",
+    ),
+    "product": ('ixy="0"', 'ixy="3"', r"'upper' has the principal moments of inertia -2, 1, 4"),
+    "no mass": (
+        '<mass value="1"/>',
+        '<mass value="0"/>',
+        "the last joint 'elbow' moves has mass 0",
+    ),
     "inertia": ('ixx="1"', 'ixx="inf"', "'upper' has mass 2.0 kg and inertia"),
     "origin": ('<origin xyz="1 0 0"/>', '<origin xyz="nan 0 0"/>', "origin of 'elbow' is not fin"),
     "unknown": ('<child link="lower"/>', '<child link="low"/>', r"'elbow' joins \['low'\], which"),

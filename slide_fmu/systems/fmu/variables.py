@@ -170,10 +170,10 @@ def _require_some(file: FmuFile, causality: str, names: Collection[str]) -> None
     if names:
         return
     others = [v for v in file.description.modelVariables if v.causality == causality]
-    found = ", ".join(f"{v.name} is {_type_of(v)}" for v in others)
+    found = f" ({', '.join(f'{v.name} is {_type_of(v)}' for v in others)})" if others else ""
     raise LoadError(
-        f"FMU {file.path.name!r} has no real {causality}{f' ({found})' if found else ''}; expected "
-        f"at least one: choose a variable in system.{causality}s of the recipe"
+        f"FMU {file.path.name!r} has no real {causality}{found}; expected at least one: choose a "
+        f"variable in system.{causality}s of the recipe"
     )
 
 

@@ -119,6 +119,14 @@ def init(
             "together with --step, ignores the times: samples have equal distances.",
         ),
     ] = None,
+    read: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="How the files of a record are read, as missing=-9999 or fill=1; repeat it for "
+            "each key. The page on records lists the keys.",
+        ),
+    ] = None,
     chain: Annotated[
         Path | None,
         typer.Option(
@@ -163,7 +171,7 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist.")] = False,
 ) -> None:
     """Write a first recipe for your own model, and list what was found and assumed."""
-    from slide_fmu.propose.draft_signals import parse_bands, parse_range, proposed_name
+    from slide_fmu.propose.draft_signals import parse_bands, parse_keys, parse_range, proposed_name
     from slide_fmu.propose.first_recipe import write_first_recipe
     from slide_fmu.propose.proposal import InitOptions
 
@@ -183,6 +191,7 @@ def init(
             fmu_step=fmu_step,
             further=tuple(models[1:]),
             time=time,
+            read=parse_keys(read or []),
             loops=tuple(loops or ()),
             jumps=jumps,
             inputs_file=inputs_file,

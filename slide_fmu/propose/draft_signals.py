@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from slide_fmu.propose.first_look import FirstLook
 from slide_fmu.propose.inputs_file import seen_in_file
 from slide_fmu.recipe.recipe import NAME, RecipeError
 from slide_fmu.recipe.writing import DraftSignal, recipe_name
-from slide_fmu.systems.declared import DeclaredModel, SignalTable, SignalTables
+from slide_fmu.systems.declared import DeclaredModel, Parameter, SignalTable, SignalTables
 
 MARGIN = 0.2
 """Ranges of outputs are wider than the seen values, by this part of them at both ends."""
@@ -93,6 +94,26 @@ def parse_bands(texts: Sequence[str]) -> Bands:
             )
         bands[name] = band
     return bands
+
+
+def parse_keys(texts: Sequence[str]) -> dict[str, Parameter]:
+    """Read keys of the command line, ``KEY=VALUE``: numbers, true and false, else texts.
+
+    Raises:
+        RecipeError: a text has another form, or a key stands twice.
+    """
+    keys: dict[str, Parameter] = {}
+    for text in texts:
+        key, named, value = text.partition("=")
+        if not named or not key.strip():
+            raise RecipeError(f"--read {text}; expected KEY=VALUE, as in --read missing=-9999")
+        _require_once("read", key, keys)
+        try:
+            read = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            read = value
+        keys[key.strip()] = read if isinstance(read, bool | int | float | str) else value
+    return keys
 
 
 def draft_inputs(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,8 +10,15 @@ from slide_fmu.core.file_kinds import record_formats
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.propose.draft_signals import require_models
-from slide_fmu.propose.proposal import InitOptions, Proposal, propose, propose_unsimulated
+from slide_fmu.propose.proposal import (
+    InitOptions,
+    Proposal,
+    RefusedProposalError,
+    propose,
+    propose_unsimulated,
+)
 from slide_fmu.propose.template import write_template
+from slide_fmu.recipe.recipe import RecipeError
 
 
 def write_first_recipe(
@@ -30,6 +37,7 @@ def write_first_recipe(
 
     Raises:
         ValueError: the place is that of a source or is taken, or the models cannot be used.
+            Where data can be read, a recipe is written whose comments say what to change.
     """
     models = [options.model, *options.further]
     require_models(models)
@@ -37,14 +45,18 @@ def write_first_recipe(
     _require_other(place, [*models, *further])
     if not force:
         _require_free(place)  # before the model is simulated
-    proposal = propose_unsimulated(options)
+    try:
+        proposal = propose_unsimulated(options)
+    except RefusedProposalError as error:
+        write_whole(place, error.text.encode("utf-8"))
+        raise RecipeError(f"{error}\nrecipe {place} says in comments what to change") from error
     if proposal is not None and options.inputs_file is not None:
         raise ValueError(
             f"--inputs {str(options.inputs_file)!r} with the record {options.model!r}; expected a "
             "model that is simulated: a record holds the inputs that judge, so leave it out"
         )
     if proposal is None:
-        _require_one(models, options.time)
+        _require_one(models, options.time, options.read)
         written = write_template(options.model, options.kind)
         if written is not None:
             tell(f"model   {written}")
@@ -53,12 +65,13 @@ def write_first_recipe(
     return proposal
 
 
-def _require_one(models: list[str], time: str | None) -> None:
-    """Refuse several models and a column of times: only records may be several, and have times."""
-    if len(models) > 1 or time is not None:
+def _require_one(models: list[str], time: str | None, read: Mapping[str, object]) -> None:
+    """Refuse several models, and what is for files of records alone: times, ways to read them."""
+    if len(models) > 1 or time is not None or read:
+        given = "".join(f", --read {key}={value}" for key, value in read.items())
         raise ValueError(
-            f"models {models}, --time {time}; expected one model without --time, or records "
-            f"({record_formats()}) alone"
+            f"models {models}, --time {time}{given}; expected one model without --time and "
+            f"--read, or records ({record_formats()}) alone"
         )
 
 

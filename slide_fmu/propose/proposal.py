@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
@@ -55,7 +56,7 @@ from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
 from slide_fmu.recipe.your_inputs import lines_of_inputs, table_of_inputs
 from slide_fmu.systems.base import System, chain_of
-from slide_fmu.systems.declared import DeclaredModel, SignalTable
+from slide_fmu.systems.declared import DeclaredModel, Parameter, SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import UNSIMULATED, describe_model, load_system
 from slide_fmu.systems.specification import Specification
@@ -92,6 +93,7 @@ class InitOptions:
             held; None if they move smoothly.
         further: further models, of a kind that may have several.
         time: column of times, for files that have one.
+        read: keys that say how files are read.
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
         jumps: whether inputs that move may jump at any time.
         inputs_file: file of the user's own inputs, from here; None without one.
@@ -110,6 +112,7 @@ class InitOptions:
     fmu_step: float | None = None
     further: tuple[str, ...] = ()
     time: str | None = None
+    read: Mapping[str, Parameter] = field(default_factory=dict)
     loops: tuple[str, ...] = ()
     jumps: bool = False
     inputs_file: Path | None = None
@@ -129,6 +132,18 @@ class Proposal:
     text: str
     draft: Draft
     remarks: tuple[str, ...]
+
+
+class RefusedProposalError(RecipeError):
+    """Data cannot be used as they are; a recipe says in comments what would have to change.
+
+    Attributes:
+        text: the recipe as TOML.
+    """
+
+    def __init__(self, message: str, text: str) -> None:
+        super().__init__(message)
+        self.text = text
 
 
 @dataclass(frozen=True, eq=False)

@@ -83,6 +83,7 @@ class Record:
         texts: texts that were found in place of numbers.
         first_line: line of the first sample in the file; 0 where the file has no lines.
         clock_unit: unit of the times in the file; empty where they have none, and count as s.
+        fill: up to this many missing samples in a row are to be filled; 0 for none.
 
     Raises:
         RecordError: the shapes do not fit.
@@ -99,6 +100,7 @@ class Record:
     texts: tuple[Text, ...] = ()
     first_line: int = 0
     clock_unit: str = "s"
+    fill: int = 0
 
     def __post_init__(self) -> None:
         shapes = {n: v.shape for n, v in {**self.columns, **self.other_clocks}.items()}

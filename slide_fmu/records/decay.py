@@ -83,9 +83,13 @@ class RecordDecay:
 
     @property
     def lasts(self) -> bool:
-        """Tell whether the slowest pole cannot be distinguished from one that never decays."""
-        slow = -self.rate * self.longest < ENDLESS
-        return slow or self.rate + SURE * self.deviation >= 0.0
+        """Tell whether the slowest pole does not decay within the longest piece."""
+        return -self.rate * self.longest < ENDLESS
+
+    @property
+    def surely_decays(self) -> bool:
+        """Tell whether the slowest pole can be told from one that never decays."""
+        return self.rate + SURE * self.deviation < 0.0
 
 
 def decay_of_records(

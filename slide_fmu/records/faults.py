@@ -1,7 +1,12 @@
-"""This module finds faults in a column: saturation, coarse rounding and single outliers."""
+"""This module finds faults in a column.
+
+They are saturation, coarse rounding, single outliers, codes for missing values, values that a
+sensor holds, and values of a rate of their own.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -151,3 +156,108 @@ def _is_far(sizes: FloatArray, sample: int, least: float) -> bool:
     behind = sizes[sample + 1 : sample + 1 + AROUND]
     usual = [float(np.median(side)) for side in (before, behind) if len(side)]
     return bool(usual) and least > FAR * NORMAL * max(usual)
+
+
+CODE = re.compile(r"-?(9{3,}(\.9+)?|999\.25|32767|32768|65535|2147483647|2147483648|1e\+?[23]\d)")
+"""Numbers that programs write for missing values, as ``:.10g`` writes them: nines, ends of
+integers, powers of ten that nothing measures."""
+
+SEVERAL = 3
+"""A number that is no usual code may be one if it comes at least this many times, in runs."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """A Code is a number, far from all others, that may stand for missing values.
+
+    Attributes:
+        value: the number.
+        samples: how many samples have it.
+        runs: how many runs of samples have it.
+        first: index of the first of them.
+        usual: whether programs usually write it for missing values.
+    """
+
+    value: float
+    samples: int
+    runs: int
+    first: int
+    usual: bool
+
+
+def missing_codes(values: FloatArray) -> list[Code]:
+    """Find numbers that may stand for missing values, in finite values, shape (N,).
+
+    Such a number is farther from all others than these are from each other. It is a usual code, or
+    comes in several runs in a column that otherwise has many levels.
+    """
+    levels = np.unique(values)
+    written = [level for level in levels if CODE.fullmatch(f"{level:.10g}")]
+    rest = levels[~np.isin(levels, written)]
+    if len(rest) < 2:
+        return []
+    codes = [_code(values, code, True) for code in written if _is_far_from(rest, code)]
+    for end, others in ((rest[0], rest[1:]), (rest[-1], rest[:-1])):
+        if len(others) >= LEVELS and _is_far_from(others, end):
+            code = _code(values, end, False)
+            codes += [code] if code.samples >= SEVERAL and code.runs >= SEVERAL else []
+    return codes
+
+
+def _is_far_from(levels: FloatArray, value: float) -> bool:
+    """Tell whether a value is farther from levels, in order, than these are from each other."""
+    return bool(max(levels[0] - value, value - levels[-1]) > levels[-1] - levels[0])
+
+
+def _code(values: FloatArray, value: float, usual: bool) -> Code:
+    where = np.flatnonzero(values == value)
+    runs = 1 + int(np.count_nonzero(np.diff(where) > 1))
+    return Code(float(value), len(where), runs, int(where[0]), usual)
+
+
+MOSTLY = 0.8
+"""At least this part of the distances between changes are the same, where a sensor holds."""
+
+FEWEST_CHANGES = 20
+"""A column that changes fewer times tells no rate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A Held column changes only at even distances, since it is read at a lower rate.
+
+    Attributes:
+        period: mean number of samples from one change to the next.
+        longest: how many samples in a row repeat the one before, as a rule.
+        repeated: whether a sample repeats the one before, shape (N,).
+    """
+
+    period: float
+    longest: int
+    repeated: NDArray[np.bool_]
+
+
+def held_samples(values: FloatArray) -> Held | None:
+    """Find whether a sensor holds its values, shape (N,), or whether most are missing, evenly.
+
+    A value that is not finite counts as repeated. Levels of a coarse rounding that are passed
+    one after the other are no held values.
+    """
+    finite = np.isfinite(values)
+    where = np.flatnonzero(finite)
+    if len(where) < FEWEST_CHANGES:
+        return None
+    changed = np.concatenate([[True], np.diff(values[where]) != 0])
+    changes = where[changed]
+    sizes = np.abs(np.diff(values[changes]))
+    if len(changes) < FEWEST_CHANGES:
+        return None
+    distances = np.diff(changes)
+    usual = int(np.median(distances))
+    is_usual = np.abs(distances - usual) <= (1 if usual > 2 else 0)
+    if usual < 2 or np.mean(is_usual) < MOSTLY or np.median(sizes) < 1.5 * sizes.min():
+        return None
+    repeated = np.ones(len(values), bool)
+    repeated[changes] = False
+    period = float(distances[is_usual].mean())
+    return Held(period, int(np.ceil(period - 1e-9)) - 1, repeated)

@@ -6,17 +6,25 @@ function that describes it, the expected value, the remedy, and whether it is re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.record_files.record import GIVE_STEP, Record
+from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 from slide_fmu.records.clock import EVEN, clock_of_record, drift
-from slide_fmu.records.faults import outliers, quantization, saturations
+from slide_fmu.records.faults import (
+    held_samples,
+    missing_codes,
+    outliers,
+    quantization,
+    saturations,
+)
+from slide_fmu.records.filling import lost_rows, runs_of
 
 EMPTY = 0.5
 """A column of which more than this part is empty is refused."""
@@ -26,6 +34,24 @@ COARSE = 1e-3
 
 LOST = 0.5
 """Clocks that drift apart by more than this part of a step over the record count as two."""
+
+UNEVEN = 0.1
+"""A clock is uneven if more than this part of its distances are off whole steps by a quarter."""
+
+FILL = (
+    "--read fill=N in slide-fmu init, fill = N in system.parameters of a recipe, fills up to N "
+    "samples in a row"
+)
+"""The remedy for samples that are missing singly."""
+
+MOST_FILLED, MOST_GAPS = 10, 0.9
+"""Filling is proposed if the part MOST_GAPS of the gaps lack at most MOST_FILLED samples each."""
+
+OF_FILE = (
+    *("gap", "uneven clock", "jitter", "far value", "held", "empty", "outlier"),
+    *("unmoved", "dead time", "set points"),
+)
+"""Kinds of findings that may pass for properties of the machine."""
 
 Severity = Literal["refused", "remarked"]
 
@@ -43,6 +69,8 @@ class Finding:
         found: the fault, with figures.
         expected: the expectation.
         remedy: the remedy.
+        keys: keys of ``system.parameters`` that would mend it.
+        step: sample step in s that belongs to these keys; None where it may stay.
     """
 
     kind: str
@@ -52,6 +80,8 @@ class Finding:
     found: str
     expected: str
     remedy: str
+    keys: Mapping[str, float] = field(default_factory=dict)
+    step: float | None = None
 
     @property
     def message(self) -> str:
@@ -106,7 +136,7 @@ def examine(
         RecordError: a record lacks a column that is named.
     """
     names = (*inputs, *outputs) or tuple(records[0].columns)
-    findings = [finding for record in records for finding in examine_alone(record, names)]
+    findings = [one for record in records for one in examine_alone(record, names, outputs)]
     without_unit = [
         one for record in records for one in TIME_WITHOUT_UNIT.applied(record, record.clock or "")
     ]
@@ -115,8 +145,44 @@ def examine(
     return tuple(findings)
 
 
-def examine_alone(record: Record, names: Sequence[str]) -> list[Finding]:
-    """Examine the times and the named columns of one record.
+def messages(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Return one sentence for findings of one kind in one column; further files are only named."""
+    alike: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in findings:
+        alike.setdefault((finding.severity, finding.kind, finding.column), []).append(finding)
+    said = []
+    for group in alike.values():
+        first, paths = group[0], list(dict.fromkeys(finding.path for finding in group))
+        said += [one.message for one in group if one.path == first.path]
+        if len(paths) > 1:
+            said[-1] += f". The same is so in {files_named(paths[1:])}"
+    return tuple(said)
+
+
+def files_named(paths: Sequence[str], most: int = 3) -> str:
+    """Name a few files, and count the others."""
+    names = [Path(path).name for path in paths]
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more files" if more > 0 else "")
+
+
+def require_sound(findings: Iterable[Finding]) -> None:
+    """Refuse records with faults that must be mended first.
+
+    Raises:
+        RecordError: a line for each such fault.
+    """
+    refused = [finding for finding in findings if finding.severity == "refused"]
+    if refused:
+        raise RecordError("\n".join(messages(refused)))
+
+
+def examine_alone(
+    record: Record, names: Sequence[str], outputs: Sequence[str] = ()
+) -> list[Finding]:
+    """Examine the times and the named columns of one record, some of which are outputs.
+
+    Numbers that may stand for missing values are no other fault.
 
     Raises:
         RecordError: the record lacks a column that is named.
@@ -126,12 +192,77 @@ def examine_alone(record: Record, names: Sequence[str]) -> list[Finding]:
     findings = BROKEN_TIME.applied(record, clock)
     if not findings:
         findings += [one for rule in TIME_RULES for one in rule.applied(record, clock)]
+        findings += _gaps(record)
         findings += [
             one for name in record.other_clocks for one in TWO_CLOCKS.applied(record, name)
         ]
-    return findings + [
-        one for name in names for rule in COLUMN_RULES for one in rule.applied(record, name)
-    ]
+    for name in names:
+        codes = _codes(record, name)
+        findings += codes
+        rest = _without(record, name, [code.keys["missing"] for code in codes])
+        findings += [one for rule in COLUMN_RULES for one in rule.applied(rest, name)]
+        findings += _empty(rest, name)
+        if name in outputs or _has_own_rate(rest, name):
+            findings += _held(rest, name)
+    return findings
+
+
+def _codes(record: Record, name: str) -> list[Finding]:
+    """Return findings on numbers that may stand for missing values."""
+    known, where = _finite(record, name)
+    findings = []
+    for code in missing_codes(known):
+        fault = (
+            f"{code.samples} samples in {code.runs} runs are exactly {code.value:.10g}, the first "
+            f"at {record.place(int(where[code.first]))}, and all others lie in "
+            f"{_range_without(known, code.value)}"
+        )
+        key = f"missing={code.value:.10g}"
+        remedy = (
+            f"if it stands for missing values, say so: --read {key} in slide-fmu init, "
+            f"{key.replace('=', ' = ')} in system.parameters of a recipe"
+        )
+        about: tuple[str, Severity] = (
+            ("code", "refused") if code.usual else ("far value", "remarked")
+        )
+        keys = {"missing": code.value}
+        findings.append(Finding(*about, record.path, name, fault, "measured values", remedy, keys))
+    return findings
+
+
+def _range_without(values: FloatArray, code: float) -> str:
+    rest = values[values != code]
+    return f"{rest.min():.6g} .. {rest.max():.6g}"
+
+
+def _without(record: Record, name: str, codes: Sequence[float]) -> Record:
+    """Return a record without some numbers in a column; the same record without any."""
+    if not codes:
+        return record
+    values = record.columns[name]
+    left = np.where(np.isin(values, codes), np.nan, values)
+    return replace(record, columns={**record.columns, name: left})
+
+
+def _held(record: Record, name: str) -> list[Finding]:
+    """Remark an output that its sensor holds while the rest of the record goes on."""
+    held = held_samples(record.columns[name])
+    if held is None or held.longest <= record.fill:
+        return []
+    every = f"every {held.period:.3g} samples"
+    fault = f"it changes {every} only, while the record goes on: its sensor holds what it reads"
+    severity: Severity = "refused" if _is_mostly_empty(record, name) else "remarked"
+    if _has_own_rate(record, name):
+        fault = f"it has a value {every} only: it has a rate of its own"
+    step = float(f"{held.period * clock_of_record(record).step:.3g}")
+    remedy = (
+        f"record it at the rate of the others, or take its step, and a smooth curve through what "
+        f"was read anew: --step {step:g} --read fill={held.longest} in slide-fmu init, "
+        f"window.step = {step:g} and fill = {held.longest} in system.parameters of a recipe"
+    )
+    expected = "a new value at every sample"
+    keys = {"fill": held.longest}
+    return [Finding("held", severity, record.path, name, fault, expected, remedy, keys, step)]
 
 
 def _constant(records: Sequence[Record], name: str) -> list[Finding]:
@@ -187,14 +318,50 @@ def _repeated_times(record: Record, _: str) -> Iterable[str]:
         yield f"the time stays the same at {record.place(repeats[0])}, {len(repeats)} times in all"
 
 
-def _gaps(record: Record, _: str) -> Iterable[str]:
+def _gaps(record: Record) -> list[Finding]:
+    """Remark lost samples; a few in a row can be filled."""
     clock = clock_of_record(record)
-    if clock.gaps:
-        longest = max(clock.gaps, key=lambda gap: gap.length)
-        missing = sum(round(gap.length / clock.step) - 1 for gap in clock.gaps)
+    filled = {sample for sample, _ in lost_rows(record)}
+    gaps = [gap for gap in clock.gaps if gap.sample not in filled]
+    if not gaps:
+        return []
+    longest = max(gaps, key=lambda gap: gap.length)
+    lost = [round(gap.length / clock.step) - 1 for gap in gaps]
+    fault = (
+        f"{len(gaps)} gaps, {sum(lost)} samples of {clock.step:.6g} s are missing, "
+        f"{lost.count(1)} of them singly; the longest has {longest.length:.6g} s behind "
+        f"{record.place(longest.sample)}, and the longest piece between gaps has "
+        f"{clock.longest(len(record.time))} of {len(record.time)} samples"
+    )
+    more, keys = _filling(lost)
+    remedy = f"the record is cut there into pieces{more}"
+    about = record.path, record.clock or ""
+    return [Finding("gap", "remarked", *about, fault, "even times", remedy, keys)]
+
+
+def _filling(lengths: Sequence[int]) -> tuple[str, dict[str, float]]:
+    """Return the end of a remedy, and the key, that fill most runs of missing samples."""
+    usual = int(np.ceil(np.quantile(lengths, MOST_GAPS)))
+    if usual > MOST_FILLED:
+        return "", {}
+    return f"; {FILL}, here {usual}", {"fill": usual}
+
+
+def _filled(record: Record, _: str) -> Iterable[str]:
+    gaps = lost_rows(record)
+    if gaps:
+        rows = sum(count for _, count in gaps)
+        yield f"{rows} lost samples in {len(gaps)} gaps are filled"
+
+
+def _uneven(record: Record, _: str) -> Iterable[str]:
+    clock = clock_of_record(record)
+    steps = np.diff(record.time) / clock.step
+    if np.mean(np.abs(steps - np.maximum(1, np.round(steps))) > 0.25) > UNEVEN:
+        low, middle, high = np.quantile(np.diff(record.time), (0.05, 0.5, 0.95))
         yield (
-            f"{len(clock.gaps)} gaps, {missing} samples of {clock.step:.6g} s are missing; the "
-            f"longest has {longest.length:.6g} s behind {record.place(longest.sample)}"
+            f"samples are {low:.3g} s to {high:.3g} s apart (nine in ten; the median is "
+            f"{middle:.3g} s)"
         )
 
 
@@ -225,18 +392,36 @@ def _texts(record: Record, column: str) -> Iterable[str]:
             yield f"the text {text.value!r} at {place}, {text.count} texts in all"
 
 
-def _empty(record: Record, column: str) -> Iterable[str]:
+def _empty(record: Record, column: str) -> list[Finding]:
+    """Find values that are missing; a few in a row can be filled."""
     finite = np.isfinite(record.columns[column])
-    if finite.all() or any(text.column == column for text in record.texts):
-        return
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], ~finite, [False]])))
-    lengths = edges[1::2] - edges[::2]
-    longest = int(lengths.argmax())
-    yield (
-        f"{int(lengths.sum())} of {len(finite)} values are empty or not finite, in "
-        f"{len(lengths)} ranges; the longest has {lengths[longest]} samples from "
-        f"{record.place(int(edges[::2][longest]))}"
+    if any(text.column == column for text in record.texts) or _has_own_rate(record, column):
+        return []
+    runs = [(end - begin, begin) for begin, end in runs_of(~finite) if end - begin > record.fill]
+    if not runs:
+        return []
+    longest, first = max(runs, key=lambda run: run[0])
+    fault = (
+        f"{sum(length for length, _ in runs)} of {len(finite)} values are empty or not finite, in "
+        f"{len(runs)} ranges; the longest has {longest} samples from {record.place(first)}"
     )
+    severity: Severity = "refused" if _is_mostly_empty(record, column) else "remarked"
+    more, keys = _filling([length for length, _ in runs])
+    remedy = (
+        "the record is cut there, if this is an input; no output counts there. Where more than "
+        f"half is empty, leave the column out, or record it anew{more}"
+    )
+    expected = "numbers throughout"
+    return [Finding("empty", severity, record.path, column, fault, expected, remedy, keys)]
+
+
+OWN_RATE = 0.4
+"""A column has a rate of its own if more than this part is empty, and the rest lies evenly."""
+
+
+def _has_own_rate(record: Record, column: str) -> bool:
+    values = record.columns[column]
+    return bool(np.mean(~np.isfinite(values)) > OWN_RATE) and held_samples(values) is not None
 
 
 def _is_mostly_empty(record: Record, column: str) -> bool:
@@ -307,7 +492,14 @@ TIME_RULES = (
         f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
         refuses=True,
     ),
-    Rule("gap", _gaps, "even times", "the record is cut there into pieces"),
+    Rule("filled", _filled, "no lost samples", "these count as measured"),
+    Rule(
+        "uneven clock",
+        _uneven,
+        "even times",
+        "the record is resampled to even times, and cut where samples are far apart: record with "
+        f"an even clock, or bridge wide distances: {FILL}",
+    ),
     Rule(
         "jitter",
         _jitter,
@@ -334,14 +526,6 @@ COLUMN_RULES = (
         "numbers throughout",
         "mend the file, or leave the value empty: the record is cut there",
         refuses=True,
-    ),
-    Rule(
-        "empty",
-        _empty,
-        "numbers throughout",
-        "the record is cut there, if this is an input; no output counts there. Where more than "
-        "half is empty, leave the column out, or record it anew",
-        refuses=_is_mostly_empty,
     ),
     Rule(
         "saturation",

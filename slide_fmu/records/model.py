@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import cast, final, get_args
+from typing import final
 
 import numpy as np
 
@@ -12,15 +12,16 @@ from slide_fmu.core.file_kinds import RECORD_FORMATS
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray, Hold, Signal, hold_of
 from slide_fmu.core.units import are_other
-from slide_fmu.record_files.reading import read_record, read_records
 from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
-from slide_fmu.records.findings import examine
+from slide_fmu.records.filling import filled
+from slide_fmu.records.findings import OF_FILE, examine, messages, require_sound
+from slide_fmu.records.keys import RecordKeys
 from slide_fmu.records.noise_record import Noise, noise_at_rest, remarks_on_noise
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Piece, Preparation, prepared
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.systems.base import Source
-from slide_fmu.systems.declared import SignalTable, SignalTables, require_known
+from slide_fmu.systems.declared import SignalTable, SignalTables
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.specification import Specification
 
@@ -28,9 +29,6 @@ HOLD: Hold = "first_order"
 """Measured inputs are samples of signals that move, unless the recipe gives another hold."""
 PAIRINGS: dict[Hold, Pairing] = {"first_order": "same", "zero_order": "later"}
 """The pairing follows from the hold of the inputs, unless the recipe names one."""
-PARAMETERS = ("time", "sample_step", "pairing")
-"""Keys of ``system.parameters`` for records: the column of times, or the step in s of files
-without times; and the pairing (``slide_fmu.records.preparation.Pairing``)."""
 
 
 @final
@@ -44,6 +42,8 @@ class MeasuredRecords(Source):
         identity: SHA-256 of each file as numbers, shape (number of files, 32).
         numbers: numbers of the inputs of all pieces end to end, shape (sum of N,); the same where
             inputs are the same (``slide_fmu.records.repeats``).
+        faults: those of the remarks that are about faults of the files, which may pass for
+            properties of the machine.
         noise_record: outputs that were recorded at rest; None without a noise record.
     """
 
@@ -56,11 +56,13 @@ class MeasuredRecords(Source):
         pieces: tuple[Piece, ...],
         records: tuple[Record, ...],
         remarks: tuple[str, ...],
+        faults: tuple[str, ...] = (),
         noise_record: Noise | None = None,
     ) -> None:
         self.inputs, self.outputs = signals
         self.step = pieces[0].trajectory.step
-        self.pieces, self.remarks, self.noise_record = pieces, remarks, noise_record
+        self.pieces, self.remarks, self.faults = pieces, remarks, faults
+        self.noise_record = noise_record
         self.noise_at_rest = None if noise_record is None else noise_record.pieces
         self.lacks_outputs = not all(
             np.isfinite(piece.trajectory.outputs).all() for piece in pieces
@@ -98,7 +100,9 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
     specification = Specification.from_json(text)
     names = _columns(specification.inputs), _columns(specification.outputs)
     try:
-        return _prepared(specification, _read(specification, (*names[0], *names[1])), names)
+        paths = (specification.model, *specification.further)
+        records = _keys(specification).read(paths, (*names[0], *names[1]))
+        return _prepared(specification, records, names)
     except MissingColumnsError as error:
         given = {"inputs": specification.inputs, "outputs": specification.outputs}
         keys = [
@@ -112,16 +116,8 @@ def _made(text: str, _times: tuple[int, ...]) -> MeasuredRecords:
         raise LoadError(str(error)) from error
 
 
-def _read(specification: Specification, names: tuple[str, ...]) -> tuple[Record, ...]:
-    paths = (specification.model, *specification.further)
-    time, step = _clock(specification)
-    return read_records(paths, names, time=time, step=step)
-
-
-def _clock(specification: Specification) -> tuple[str | None, float | None]:
-    """Return the column of times and the step, as readers get them."""
-    time, step = (specification.parameters.get(key) for key in ("time", "sample_step"))
-    return None if time is None else str(time), None if step is None else float(step)
+def _keys(specification: Specification) -> RecordKeys:
+    return RecordKeys.of(specification.parameters, f"record {specification.model!r}")
 
 
 def _prepared(
@@ -134,18 +130,21 @@ def _prepared(
         for what, tables in (("input", specification.inputs), ("output", specification.outputs))
     )
     hold = hold_of(inputs)
-    pairing = cast(Pairing, specification.parameters.get("pairing", PAIRINGS[hold]))
+    pairing = _keys(specification).pairing or PAIRINGS[hold]
     preparation = Preparation(*names, specification.sample_step(), hold, pairing)
-    findings = (*examine(records, *names), *check_pairing(records, preparation))
-    refused = [finding.message for finding in findings if finding.severity == "refused"]
-    if refused:
-        raise RecordError("\n".join(refused))
-    made = prepared(records, preparation)
-    remarks = (*(finding.message for finding in findings), *made.remarks)
+    findings = examine(records, *names)
+    require_sound(findings)
+    whole = [filled(record, *names, hold) for record in records]
+    of_response = check_pairing(whole, preparation)
+    require_sound(of_response)
+    findings = (*findings, *of_response)
+    made = prepared(whole, preparation)
+    remarks = (*messages(findings), *made.remarks)
+    faults = messages(finding for finding in findings if finding.kind in OF_FILE)
     noise = _noise(specification, records, names[1])
     if noise is not None:
         remarks = (*remarks, *remarks_on_noise(noise, records, names[1]))
-    return MeasuredRecords((inputs, outputs), made.pieces, records, remarks, noise)
+    return MeasuredRecords((inputs, outputs), made.pieces, records, remarks, faults, noise)
 
 
 def _noise(
@@ -154,8 +153,7 @@ def _noise(
     """Read the noise record, if the specification names one."""
     if specification.noise_record is None:
         return None
-    time, step = _clock(specification)
-    record = read_record(specification.noise_record, outputs, time=time, step=step)
+    (record,) = _keys(specification).read([specification.noise_record], outputs)
     return noise_at_rest(record, records, outputs, specification.sample_step())
 
 
@@ -178,19 +176,7 @@ def _completed(what: str, name: str, table: SignalTable, record: Record) -> Sign
 
 
 def _require_parameters(specification: Specification) -> None:
-    model, parameters = specification.model, specification.parameters
-    require_known(f"record {model!r}", parameters, PARAMETERS)
-    step, pairing = parameters.get("sample_step"), parameters.get("pairing", "same")
-    if not (step is None or (isinstance(step, int | float) and not isinstance(step, bool))):
-        raise LoadError(
-            f"record {model!r}: system.parameters.sample_step = {step!r}; expected the sample "
-            "step in s of a file without times, a positive number"
-        )
-    if pairing not in get_args(Pairing):
-        raise LoadError(
-            f"record {model!r}: system.parameters.pairing = {pairing!r}; expected one of "
-            f"{list(get_args(Pairing))}"
-        )
+    model = specification.model
     for what in ("inputs", "outputs"):
         if not getattr(specification, what):
             raise LoadError(

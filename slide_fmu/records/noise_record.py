@@ -15,7 +15,7 @@ from slide_fmu.core.autoregression import fit_autoregression
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.records.clock import Clock, clock_of_record
-from slide_fmu.records.findings import examine_alone
+from slide_fmu.records.findings import examine_alone, messages, require_sound
 from slide_fmu.records.preparation import gap_free_ranges
 from slide_fmu.records.resampling import LONGER, plan_resampling, resampled
 
@@ -64,10 +64,8 @@ def require_alike(
                 "record that was taken while nothing moved: name another one, or leave out "
                 "system.noise_record"
             )
-    refused = [finding.message for finding in findings if finding.severity == "refused"]
-    if refused:
-        raise RecordError("\n".join(refused))
-    remarks = [finding.message for finding in findings]
+    require_sound(findings)
+    remarks = list(messages(findings))
     for name in outputs:
         own, wanted = noise.units[name], records[0].units[name]
         if not own and wanted:

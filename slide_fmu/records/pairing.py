@@ -11,6 +11,7 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import Record
 from slide_fmu.records.findings import Finding
 from slide_fmu.records.preparation import Pairing, Preparation, longest_piece
+from slide_fmu.records.response import dead_time, is_white_noise
 
 LAGS = 12
 """Number of past outputs and inputs in the fit."""
@@ -29,6 +30,9 @@ MOST_SAMPLES = 100_000
 
 SINGULAR = 1e-12
 """Directions in which the data vary less than this part of the largest are left out."""
+
+FEW_CHANGES = 20
+"""Inputs that change fewer times are set points, which tell little of the motion between them."""
 
 MOVED = 2.0
 """An output is moved by inputs if each explains this multiple of a random input."""
@@ -154,26 +158,81 @@ def check_pairing(records: Sequence[Record], preparation: Preparation) -> tuple[
         if answer is not None:
             findings += _contradictions(record, preparation, answer)
         findings += _unmoved(record, preparation.outputs, *piece)
-    return tuple(findings)
+    return (*findings, *_set_points(records, preparation))
+
+
+def _set_points(records: Sequence[Record], preparation: Preparation) -> list[Finding]:
+    """Remark inputs that hardly ever move: what follows a change is all that is ever seen."""
+    tables = [record.chosen(preparation.inputs) for record in records]
+    changes = sum(int((np.abs(np.diff(table, axis=0)) > 0).any(axis=1).sum()) for table in tables)
+    if changes >= FEW_CHANGES:
+        return []
+    samples = sum(map(len, tables))
+    return [
+        Finding(
+            "set points",
+            "remarked",
+            records[0].path,
+            "",
+            f"the inputs {list(preparation.inputs)} change at {changes} of {samples} samples",
+            f"at least {FEW_CHANGES} changes, so that the outputs show how fast the machine "
+            "forgets",
+            "record inputs that move, such as steps at random times, a sweep or a multisine",
+        )
+    ]
 
 
 def _unmoved(
     record: Record, names: Sequence[str], inputs: FloatArray, outputs: FloatArray
 ) -> list[Finding]:
-    return [
-        Finding(
-            "unmoved",
-            "remarked",
+    findings = []
+    for name, output in zip(names, outputs.T, strict=True):
+        if is_moved(inputs, output) is not False:
+            continue
+        delay = dead_time(inputs, output)
+        if delay is None:
+            findings.append(_unanswered(record, name, is_white_noise(inputs, output)))
+        elif delay > LAGS:
+            findings.append(_late(record, name, delay))
+    return findings
+
+
+def _late(record: Record, name: str, delay: int) -> Finding:
+    return Finding(
+        "dead time",
+        "remarked",
+        record.path,
+        name,
+        f"it answers the inputs after about {delay} samples",
+        f"an answer within {LAGS}",
+        "all is well if the machine has such a dead time, which the window holds; else its clock "
+        "is late",
+    )
+
+
+def _unanswered(record: Record, name: str, is_noise: bool) -> Finding:
+    expected = "an output that answers the inputs"
+    if is_noise:
+        return Finding(
+            "noise",
+            "refused",
             record.path,
             name,
-            "no input moves it, as far as a linear fit shows",
-            "an output that answers the inputs",
-            "check the columns, and whether their clocks are the same; what follows the square of "
-            "an input about 0 looks so too",
+            "it is white noise: neither the inputs nor their squares nor its own past say "
+            "anything about it",
+            expected,
+            "check the column, its sensor and its clock, or leave it out",
         )
-        for name, output in zip(names, outputs.T, strict=True)
-        if is_moved(inputs, output) is False
-    ]
+    return Finding(
+        "unmoved",
+        "remarked",
+        record.path,
+        name,
+        "no input moves it, as far as a linear fit shows",
+        expected,
+        "check the columns, and whether their clocks are the same; what follows the square of "
+        "an input about 0 looks so too",
+    )
 
 
 def _contradictions(record: Record, preparation: Preparation, answer: Answer) -> list[Finding]:

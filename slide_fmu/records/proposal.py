@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,27 +15,29 @@ import numpy as np
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.units import require_unit
 from slide_fmu.propose.draft_signals import Ranges, names_of, proposed_name, require_name, widened
-from slide_fmu.propose.proposal import InitOptions, Proposal
+from slide_fmu.propose.proposal import InitOptions, Proposal, RefusedProposalError
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import DraftSignal
-from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import (
     MissingColumnsError,
     NoTimesError,
     Record,
     RecordError,
 )
-from slide_fmu.records.clock import clock_of_record, neat_step
+from slide_fmu.records.clock import clock_of, neat_step
 from slide_fmu.records.division import By
-from slide_fmu.records.findings import examine
-from slide_fmu.records.model import PAIRINGS, recognises
+from slide_fmu.records.filling import filled
+from slide_fmu.records.findings import Finding, examine, messages
+from slide_fmu.records.keys import RecordKeys
+from slide_fmu.records.model import HOLD, PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_piece
-from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
+from slide_fmu.records.recipe_text import Mend, RecordDraft, record_recipe_text
 from slide_fmu.records.repeats import same_inputs
 from slide_fmu.records.rules import KIND
-from slide_fmu.records.sizing import with_fitting_window
-from slide_fmu.systems.declared import SignalTable
+from slide_fmu.records.sizing import NoWindowError, with_fitting_window
+from slide_fmu.systems.declared import Parameter, SignalTable
+from slide_fmu.systems.errors import LoadError
 
 NO_TIMES = "none"
 """With this name as the column of times, the times in the files are not used."""
@@ -52,6 +53,7 @@ class RecordOptions:
         outputs: columns that are outputs; all others if empty.
         step: sample step in s of files without times, else the step to resample to.
         time: column of times; found if None; where it is ``NO_TIMES``, the step counts alone.
+        read: further keys of ``system.parameters`` that say how files are read.
         name: name of the recipe; the name of the first file if None.
         folder: folder of the new recipe; paths of files are relative to it.
     """
@@ -63,9 +65,10 @@ class RecordOptions:
     time: str | None = None
     name: str | None = None
     folder: Path = Path()
+    read: Mapping[str, Parameter] = field(default_factory=dict)
 
 
-def read_chosen(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, float | str]]:
+def read_chosen(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, Parameter]]:
     """Read the files, and return the keys with which a recipe reads them again.
 
     Columns that are not named are read only where no output is named.
@@ -87,24 +90,32 @@ def read_chosen(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, f
         raise RecordError(f"{error}; {', '.join(wrong)}") from error
 
 
-def _read(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, float | str]]:
-    named = (*options.inputs, *options.outputs)
-    read = partial(read_records, options.paths, named, others=not options.outputs)
+def _read(options: RecordOptions) -> tuple[tuple[Record, ...], dict[str, Parameter]]:
     if options.time == NO_TIMES:
         if options.step is None:
             raise RecipeError(
                 f"--time {NO_TIMES} without --step; expected the sample step in s of a record "
                 "whose times are not used: add --step SECONDS"
             )
-        return read(step=options.step), {"sample_step": options.step}
+        return _read_with(options, {"sample_step": options.step})
     try:
-        return read(time=options.time), {} if options.time is None else {"time": options.time}
+        return _read_with(options, {} if options.time is None else {"time": options.time})
     except NoTimesError as error:
         if options.step is None:
             raise RecordError(
                 f"{error}; with slide-fmu init: --time NAME, or --step SECONDS"
             ) from error
-        return read(step=options.step), {"sample_step": options.step}
+        return _read_with(options, {"sample_step": options.step})
+
+
+def _read_with(
+    options: RecordOptions, clock: dict[str, Parameter]
+) -> tuple[tuple[Record, ...], dict[str, Parameter]]:
+    """Read the files with the keys of the options and of their clock; return all keys too."""
+    parameters = {**clock, **options.read}
+    keys = RecordKeys.of(parameters, f"--read of {options.paths[0]}")
+    names = (*options.inputs, *options.outputs)
+    return keys.read(options.paths, names, others=not options.outputs), parameters
 
 
 def chosen_columns(
@@ -172,6 +183,7 @@ def propose_from_options(options: InitOptions) -> Proposal | None:
             options.time,
             options.name,
             options.folder,
+            options.read,
         )
     )
 
@@ -181,29 +193,82 @@ def propose_record(options: RecordOptions) -> Proposal:
 
     Raises:
         LoadError: the records cannot be used as the recipe says.
-        RecipeError: a file cannot be read or used, inputs or outputs are no columns of it, the
-            name is not allowed for a recipe, or the records are too short for the memory of the
-            machine.
+        RefusedProposalError: the records are read, but cannot be used as they are; the error has
+            a recipe whose comments say what would have to change.
+        RecipeError: a file cannot be read, inputs or outputs are no columns of it, or the name is
+            not allowed for a recipe.
     """
     require_name(options.name)
     try:
-        return _proposed(options)
+        records, parameters = read_chosen(options)
+        return _proposed(options, records, parameters, chosen_columns(options, records[0]))
     except RecordError as error:
         raise RecipeError(str(error)) from error
 
 
-def _proposed(options: RecordOptions) -> Proposal:
-    records, parameters = read_chosen(options)
-    names = chosen_columns(options, records[0])
+def _proposed(
+    options: RecordOptions,
+    records: tuple[Record, ...],
+    parameters: dict[str, Parameter],
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+) -> Proposal:
     findings = examine(records, *names)
-    refused = [finding.message for finding in findings if finding.severity == "refused"]
+    refused = [finding for finding in findings if finding.severity == "refused"]
     if refused:
-        raise RecordError("\n".join(refused))
+        mended = _mended(records, findings)
+        draft, _ = _draft(options, mended, names, parameters)
+        raise _refusal(draft, "\n".join(messages(refused)), findings)
+    whole = tuple(filled(record, *names, HOLD) for record in records)
+    draft, remarks = _draft(options, whole, names, parameters)
+    try:
+        draft, more = with_fitting_window(draft, options.paths)
+    except NoWindowError as error:
+        raise _refusal(draft, str(error), findings, error.remaining) from error
+    except LoadError as error:
+        raise _refusal(draft, str(error), findings) from error
+    return Proposal(record_recipe_text(draft), draft, (*remarks, *more))
+
+
+def _refusal(
+    draft: RecordDraft,
+    reason: str,
+    findings: Sequence[Finding],
+    remaining: float | None = None,
+) -> RefusedProposalError:
+    """Return the error of records that cannot be used as they are, with the draft's recipe."""
+    keys = {key: value for finding in findings for key, value in finding.keys.items()}
+    step = max((finding.step for finding in findings if finding.step), default=None)
+    text = record_recipe_text(replace(draft, mend=Mend(reason, keys, remaining, step)))
+    return RefusedProposalError(reason, text)
+
+
+def _mended(records: Sequence[Record], findings: Sequence[Finding]) -> tuple[Record, ...]:
+    """Return records without the numbers that stand for missing values, as far as they show."""
+    codes = {(f.path, f.column): f.keys["missing"] for f in findings if "missing" in f.keys}
+    return tuple(
+        replace(
+            record,
+            columns={
+                name: np.where(values == codes.get((record.path, name)), np.nan, values)
+                for name, values in record.columns.items()
+            },
+        )
+        for record in records
+    )
+
+
+def _draft(
+    options: RecordOptions,
+    records: tuple[Record, ...],
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+    parameters: dict[str, Parameter],
+) -> tuple[RecordDraft, list[str]]:
+    """Return what a recipe says on the records, and remarks on their units."""
     step, step_origin = _step(options, records[0])
     acts = _acts(records, names)
     if acts.pairing != PAIRINGS[acts.hold]:
-        parameters["pairing"] = acts.pairing
-    remarks = [finding.message for finding in findings]
+        parameters = {"pairing": acts.pairing, **parameters}
+    remarks: list[str] = []
     inputs = tuple(_signal(records, n, options.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     _require_different((*names[0], *names[1]), (*inputs, *outputs))
@@ -225,8 +290,7 @@ def _proposed(options: RecordOptions) -> Proposal:
         whole and different >= ENOUGH,
         parameters,
     )
-    draft, more = with_fitting_window(draft, options.paths)
-    return Proposal(record_recipe_text(draft), draft, (*remarks, *more))
+    return draft, remarks
 
 
 def _division(records: int, comes_again: bool) -> tuple[By, str]:
@@ -242,10 +306,11 @@ def _division(records: int, comes_again: bool) -> tuple[By, str]:
 def _step(options: RecordOptions, record: Record) -> tuple[float, str]:
     if options.step is not None:
         return options.step, "The sample step in s that was given."
-    clock = clock_of_record(record)
-    return neat_step(
-        clock, clock.longest(len(record.time))
-    ), "The sample step in s of the first file."
+    times = record.time[np.isfinite(record.time)]
+    if not (np.diff(times) > 0).any():  # such a record is refused
+        return 1.0, "The times of the first file do not say the step: write it in s."
+    clock = clock_of(times)
+    return neat_step(clock, clock.longest(len(times))), "The sample step in s of the first file."
 
 
 class InputBehaviour(NamedTuple):
@@ -260,6 +325,9 @@ def _acts(
     records: Sequence[Record], names: tuple[tuple[str, ...], tuple[str, ...]]
 ) -> InputBehaviour:
     """Find hold and pairing of inputs by a linear fit of the first record's longest piece."""
+    rises = np.isfinite(records[0].time).all() and (np.diff(records[0].time) > 0).any()
+    if not rises:  # such a record is refused
+        return InputBehaviour("first_order", "same", "The input moves between samples.")
     inputs, outputs = longest_piece(records[0], *names)
     answer = answer_of(inputs, outputs)
     pairing = None if answer is None else answer.pairing
@@ -330,12 +398,16 @@ def _require_different(columns: Sequence[str], signals: Sequence[DraftSignal]) -
 
 def _start(record: Record, column: str) -> float:
     """Return the start value: the median of all measured values."""
-    return float(f"{np.median(_finite(record, column)):.3g}")
+    values = _finite(record, column)
+    return float(f"{np.median(values):.3g}") if len(values) else 0.0
 
 
 def _measured(records: Sequence[Record], column: str) -> tuple[float, float]:
     """Return the least and largest value of a column, rounded outwards to three digits."""
     values = np.concatenate([_finite(record, column) for record in records])
+    if not len(values) or values.min() == values.max():  # such a column is refused
+        middle = float(values[0]) if len(values) else 0.0
+        return middle - 1.0, middle + 1.0
     low, high = float(values.min()), float(values.max())
     unit = 10.0 ** (math.floor(math.log10(high - low)) - 2)
     return _neat(math.floor(low / unit) * unit), _neat(math.ceil(high / unit) * unit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,6 +13,24 @@ from slide_fmu.recipe.writing import (
     signals_lines,
     value_text,
 )
+from slide_fmu.systems.declared import Parameter
+
+
+@dataclass(frozen=True)
+class Mend:
+    """A Mend says why records cannot be used as they are, and what would have to change.
+
+    Attributes:
+        reason: the message of the refusal.
+        parameters: keys of ``system.parameters`` that would mend it, if there are some.
+        remaining: amplitude of initial effects that the longest window leaves; None if none fits.
+        step: sample step in s that belongs to the keys; None where it may stay.
+    """
+
+    reason: str
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    remaining: float | None = None
+    step: float | None = None
 
 
 @dataclass(frozen=True)
@@ -26,14 +44,16 @@ class RecordDraft(Draft):
         estimates: whether the recipe has an error estimator.
         parameters: the keys of ``system.parameters``.
         remaining_amplitude: amplitude of initial effects that the window leaves.
+        mend: what would have to change first; None where nothing has to.
     """
 
     paths: Sequence[str]
     by: Literal["block", "each", "record"]
     by_origin: str
     estimates: bool
-    parameters: dict[str, float | str] = field(default_factory=dict)
+    parameters: dict[str, Parameter] = field(default_factory=dict)
     remaining_amplitude: float = 1e-3
+    mend: Mend | None = None
 
 
 _NETWORK = (
@@ -52,6 +72,7 @@ _NETWORK = (
 def record_recipe_text(draft: RecordDraft) -> str:
     """Write a recipe as TOML; ``slide_fmu.recipe.reading.parse_recipe`` reads it."""
     lines = [
+        *_mend_lines(draft.mend),
         *heading_lines(draft.name, draft.description),
         *_system_lines(draft),
         *signals_lines(draft.inputs, draft.outputs),
@@ -63,29 +84,49 @@ def record_recipe_text(draft: RecordDraft) -> str:
     return "\n".join(lines)
 
 
+def _mend_lines(mend: Mend | None) -> list[str]:
+    if mend is None:
+        return []
+    return [
+        *comment_lines(
+            "slide-fmu init refused these records as they are. Mend what follows, in the files or "
+            "by the keys below that stand behind #. Then slide-fmu try checks it again."
+        ),
+        *(line for reason in mend.reason.splitlines() for line in ("#", *comment_lines(reason))),
+        "",
+    ]
+
+
 def _system_lines(draft: RecordDraft) -> list[str]:
     model, *further = draft.paths
+    mended = {} if draft.mend is None else dict(draft.mend.parameters)
     return [
         "[system]",
         'kind = "record"',
         f"model = {value_text(model)}",
         *([f"further = {value_text(further)}"] if further else []),
         *([f"parameters = {value_text(draft.parameters)}"] if draft.parameters else []),
+        *([f"# parameters = {value_text({**draft.parameters, **mended})}"] if mended else []),
         "",
     ]
 
 
 def _window_lines(draft: RecordDraft) -> list[str]:
+    mend = draft.mend or Mend("")
+    longest = [f"# remaining_amplitude = {value_text(mend.remaining)}"] if mend.remaining else []
+    longer = [f"# step = {value_text(mend.step)}"] if mend.step else []
     return [
         "[window]",
         *comment_lines(draft.step_origin),
         f"step = {value_text(draft.step)}",
+        *longer,
         *comment_lines(
             "The window is as long as the memory of the system: after it, this part is left of "
             "what happened before. slide-fmu finds its lengths n_in and n_out from the poles of a "
             "linear fit."
         ),
         f"remaining_amplitude = {value_text(draft.remaining_amplitude)}",
+        *longest,
         "",
     ]
 

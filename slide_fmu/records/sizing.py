@@ -28,7 +28,7 @@ from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
-from slide_fmu.records.decay import RecordDecay, decay_of_records
+from slide_fmu.records.decay import ENDLESS, RecordDecay, decay_of_records
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.parts import longest_scored
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
@@ -92,6 +92,12 @@ class RecordSizing:
     def remark(self) -> str | None:
         """Remark on the window; None without one."""
         windows = self.samples / self.window.n_in
+        if not self.decay.surely_decays:
+            return (
+                f"the memory of the machine is uncertain: the slowest pole of a linear fit has "
+                f"the rate {self.decay.rate:.3g} 1/s, with a standard deviation of "
+                f"{self.decay.deviation:.2g} 1/s: the test of fading memory in the run decides"
+            )
         if windows >= FEW_WINDOWS:
             return None
         return (
@@ -125,11 +131,18 @@ class RecordSizing:
 
     def _lasting(self) -> str:
         decay = self.decay
+        shown = decay.longest / self.window.step
         words = (
-            f"the slowest pole of a linear fit of the records has the rate {decay.rate:.3g} 1/s, "
-            f"with a standard deviation of {decay.deviation:.2g} 1/s, and the longest piece of "
-            f"the records is {decay.longest:.4g} s long"
+            f"the slowest pole of a linear fit has the rate {decay.rate:.3g} 1/s, with a standard "
+            f"deviation of {decay.deviation:.2g} 1/s, and the longest piece to learn from has "
+            f"{shown:.0f} samples, {decay.longest:.4g} s"
         )
+        if decay.surely_decays:
+            return (
+                f"a memory that is longer than the pieces of the records: {words}. It falls to "
+                f"{100 * math.exp(-ENDLESS):.2g} % within {-ENDLESS / decay.rate:.4g} s: record "
+                "for longer in one piece, or learn from an input that leaves this part at rest"
+            )
         if decay.frequency == 0.0:
             return (
                 f"an integral, a drift, or a free direction: {words}: nothing says that what "
@@ -169,10 +182,26 @@ def wanted_samples(sizing: RecordSizing) -> int:
 def lengths_of_records(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
     """Find the lengths that a recipe leaves open; segments are no longer than its parts.
 
+    Faults of the files come first in messages: they may pass for properties of the machine.
+
     Raises:
         NotForgettingError: no window can hold the memory of the system, which does not forget.
         RecipeError: lengths in the recipe do not fit the window, or there are too few samples.
     """
+    try:
+        return _lengths(recipe, source)
+    except RecipeError as error:
+        raise type(error)(behind_faults(source, str(error))) from error
+
+
+def behind_faults(source: MeasuredRecords, conclusion: str) -> str:
+    """Write a conclusion about a machine behind the faults of its files, a line each."""
+    if not source.faults:
+        return conclusion
+    return "\n".join([*source.faults, f"with the files as they are: {conclusion}"])
+
+
+def _lengths(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
     sizing = None
     n_in: int = recipe.guess.window.n_in
     n_out: int | None = None
@@ -210,41 +239,71 @@ def size_case(
     return size_records(case.recipe, source)
 
 
-COARSER = 1e-2
-"""Remaining amplitude of initial effects that the window of short records leaves."""
+AMPLITUDES = (1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5)
+"""Remaining amplitudes of initial effects that windows for short records leave."""
+
+MOST_LEFT = 0.1
+"""A window that leaves more than this is not taken, but written as a comment."""
+
+
+class NoWindowError(RecipeError):
+    """No window fits into the records that leaves as little as one may.
+
+    Attributes:
+        remaining: the remaining amplitude of the longest window that fits; None without one.
+    """
+
+    def __init__(self, message: str, remaining: float | None = None) -> None:
+        super().__init__(message)
+        self.remaining = remaining
 
 
 def with_fitting_window(
     draft: RecordDraft, paths: Sequence[str]
 ) -> tuple[RecordDraft, tuple[str, ...]]:
-    """Return the draft with a window that fits into the records, and remarks.
+    """Return the draft with the longest window that fits into the records, and all remarks.
 
     The window leaves a larger remaining amplitude than usual if only such a window fits. The paths
     are relative to the current folder.
 
     Raises:
         LoadError: the records cannot be used.
-        RecipeError: no window fits, or initial effects do not decay within the records.
+        NoWindowError: no window fits, or initial effects do not decay within the records.
     """
     refused: RecipeError | None = None
     usual = _recipe(draft, paths)
     source = case_of(usual.guess).source
     assert isinstance(source, MeasuredRecords)
-    for remaining in (draft.remaining_amplitude, COARSER):
+    for remaining in (draft.remaining_amplitude, *AMPLITUDES):
         recipe = _recipe(replace(draft, remaining_amplitude=remaining), paths)
         try:
-            lengths = lengths_of_records(recipe, source)
+            lengths = _lengths(recipe, source)
         except NotForgettingError as error:
-            raise RecipeError(str(error)) from error
+            raise NoWindowError(behind_faults(source, str(error))) from error
         except RecipeError as error:
             refused = refused or error
             continue
-        few = None if lengths.sizing is None else lengths.sizing.remark
         kept = replace(draft, remaining_amplitude=remaining)
+        if remaining > MOST_LEFT:
+            text = f"{_too_short(usual.guess, source, str(refused))}. {_price(kept, lengths)}"
+            raise NoWindowError(behind_faults(source, text), remaining)
+        few = None if lengths.sizing is None else lengths.sizing.remark
         again = about_repeats(lengths.recipe.guess, source)
-        remarks = again, few, _coarser(draft, kept)
+        remarks = *source.remarks, again, few, _coarser(draft, kept, lengths)
         return kept, tuple(remark for remark in remarks if remark)
-    raise RecipeError(_too_short(usual.guess, source, str(refused))) from refused
+    text = _too_short(usual.guess, source, str(refused))
+    raise NoWindowError(behind_faults(source, text)) from refused
+
+
+def _price(kept: RecordDraft, lengths: Lengths) -> str:
+    """Say what a window that is shorter than usual costs."""
+    window = lengths.recipe.guess.window
+    share = 100 * kept.remaining_amplitude
+    return (
+        f"The longest window that fits has {window.n_in} samples "
+        f"({window.n_in * window.step:.4g} s) and leaves {share:g} % of what happened before it: "
+        f"a truncation error of up to {share:g} % of an output's standard deviation"
+    )
 
 
 def _recipe(draft: RecordDraft, paths: Sequence[str]) -> OpenRecipe:
@@ -252,26 +311,28 @@ def _recipe(draft: RecordDraft, paths: Sequence[str]) -> OpenRecipe:
     return parse_open_recipe(text, f"recipe {draft.name!r}")
 
 
-def _coarser(draft: RecordDraft, kept: RecordDraft) -> str | None:
+def _coarser(draft: RecordDraft, kept: RecordDraft, lengths: Lengths) -> str | None:
     """Return a remark that the window leaves a larger amplitude than usual."""
     if kept.remaining_amplitude == draft.remaining_amplitude:
         return None
     return (
-        f"the records are short compared with the memory of the machine: the window leaves "
-        f"{100 * kept.remaining_amplitude:g} % of what happened before it; expected "
-        f"{100 * draft.remaining_amplitude:g} %: record more, and write the recipe anew"
+        "the records are short compared with the memory of the machine. "
+        f"{_price(kept, lengths)}; expected {100 * draft.remaining_amplitude:g} %: record more, "
+        "and write the recipe anew"
     )
 
 
 def _too_short(recipe: Recipe, source: MeasuredRecords, refused: str) -> str:
     """Return the message that the records are too short for the usual remaining amplitude."""
     sizing = size_records(recipe, source)
-    lead, smallest = tidy(wanted_samples(sizing)), min(s for s in shares_of(recipe).values() if s)
+    wanted, smallest = wanted_samples(sizing), min(s for s in shares_of(recipe).values() if s)
+    lead, step = tidy(wanted), sizing.window.step
     samples = sum(len(piece.trajectory.inputs) for piece in source.pieces)
     return (
-        f"the records have {samples} samples, and the machine remembers {lead} of them, by the "
-        f"slowest pole of a linear fit ({sizing.decay.time:.3g} s to "
-        f"{recipe.window.remaining_amplitude:g}); expected at least "
-        f"{math.ceil(lead / smallest)} samples, so that each part is longer than that: record "
-        f"more ({refused})"
+        f"the records have {samples} samples ({samples * step:.4g} s), and the machine remembers "
+        f"{wanted} of them ({wanted * step:.4g} s): the slowest pole of a linear fit decays to "
+        f"{recipe.window.remaining_amplitude:g} within {sizing.decay.time:.4g} s, or so long by "
+        "its standard deviation; expected at least "
+        f"{math.ceil(lead / smallest)} samples ({math.ceil(lead / smallest) * step:.4g} s), so "
+        f"that the smallest part is longer than that: record more ({refused})"
     )

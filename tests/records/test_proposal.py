@@ -107,8 +107,9 @@ def test_file_without_times_needs_the_step_and_keeps_it(tmp_path: Path) -> None:
 def test_record_that_is_too_short_for_its_memory_is_refused_with_the_length_it_needs(
     tmp_path: Path,
 ) -> None:
-    path = write_record(tmp_path / "a.csv", 500)
-    with refused(RecipeError, "the records have 499 samples", "at least"):
+    path = write_record(tmp_path / "a.csv", 300)
+    price = "and leaves 50 % of what happened before it: a truncation error of up to 50 %"
+    with refused(RecipeError, "the records have 299 samples (2.99 s)", "at least", price):
         recipe_for(path)
 
 
@@ -121,7 +122,7 @@ def test_short_record_gets_a_window_that_leaves_more_of_the_past(tmp_path: Path)
     path = write_record(tmp_path / "a.csv", 1000)
     proposal = propose_record(RecordOptions((str(path),), {"force": None}))
     assert parse_open_recipe(proposal.text, "proposed").guess.window.remaining_amplitude == 0.01
-    assert any("the window leaves 1 % of what happened before" in r for r in proposal.remarks)
+    assert any("leaves 1 % of what happened before it" in r for r in proposal.remarks)
 
 
 def test_output_that_is_an_integral_is_refused_with_the_advice_to_learn_its_rate(
@@ -327,7 +328,7 @@ def test_two_columns_of_a_wide_file_need_no_room_for_the_others(
 ) -> None:
     path = as_csv(tmp_path / "a.csv", columns("F", "x", *(f"c{n}" for n in range(50))))
     most = partial(read_records, most=3 * SAMPLES)
-    monkeypatch.setattr("slide_fmu.records.proposal.read_records", most)
+    monkeypatch.setattr("slide_fmu.records.keys.read_records", most)
     (record,), _ = read_chosen(options(path, outputs=("x",)))
     assert list(record.columns) == ["F", "x"]
 

@@ -13,7 +13,7 @@ from slide_fmu.systems.declared import SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import load_source, load_system
 from slide_fmu.systems.specification import Specification
-from tests.own_records import STEP, write_record
+from tests.own_records import STEP, force_and_travel, write_record
 from tests.refusals import refused
 
 FORCE = {"force": SignalTable(range=(-3.0, 3.0))}
@@ -85,8 +85,8 @@ def test_several_files_are_one_source_with_an_identity_of_all(tmp_path: Path) ->
 
 def test_file_without_times_needs_a_step(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    np.savetxt(path, np.random.default_rng(0).normal(size=(500, 2)), "%.6g", ",",
-               header="force,travel", comments="")  # fmt: skip
+    table = np.stack(force_and_travel(500), axis=1)
+    np.savetxt(path, table, "%.6g", ",", header="force,travel", comments="")
     with refused(LoadError, "has no column of times"):
         source_of(path)
     assert source_of(path, parameters={"sample_step": STEP}).step == STEP
@@ -97,7 +97,7 @@ def test_file_without_times_needs_a_step(tmp_path: Path) -> None:
     [
         ({"parameters": {"clock": "t"}}, r"unknown parameters \['clock'\]; expected some of"),
         ({"parameters": {"pairing": "next"}}, "pairing = 'next'; expected one of"),
-        ({"parameters": {"sample_step": "fast"}}, "sample_step = 'fast'; expected the sample"),
+        ({"parameters": {"sample_step": "fast"}}, "sample_step = 'fast'; expected the step"),
         ({"inputs": {}}, "names no inputs; expected at least one column"),
         ({"outputs": {"speed": SignalTable(range=(0.0, 1.0))}}, "speed"),
         ({"outputs": {"travel": SignalTable()}}, "output 'travel' has no range"),

@@ -18,7 +18,7 @@ from slide_fmu.fmu.export import read_fmu
 from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import MissingColumnsError, Record, RecordError
 from slide_fmu.records.clock import clock_of_record
-from slide_fmu.records.findings import examine
+from slide_fmu.records.findings import examine, messages, require_sound
 from slide_fmu.records.model import PAIRINGS
 from slide_fmu.records.pairing import check_pairing
 from slide_fmu.records.preparation import Pairing, Preparation, prepared
@@ -203,10 +203,8 @@ def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[st
         for finding in findings
         if not (finding.kind == "constant" and finding.column in preparation.inputs)
     ]
-    refused = [finding.message for finding in findings if finding.severity == "refused"]
-    if refused:
-        raise RecordError("\n".join(refused))
-    return tuple(finding.message for finding in findings)
+    require_sound(findings)
+    return messages(findings)
 
 
 def _require_units(

@@ -1,0 +1,107 @@
+"""This module reads the keys of ``system.parameters`` that say how files of records are read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import cast, get_args
+
+import numpy as np
+
+from slide_fmu.record_files.reading import read_records
+from slide_fmu.record_files.record import Record, RecordError
+from slide_fmu.records.preparation import Pairing
+from slide_fmu.systems.declared import Parameter, require_known
+
+KEYS = ("time", "sample_step", "pairing", "missing", "fill")
+"""Keys of ``system.parameters`` for records, as ``RecordKeys`` explains them."""
+
+
+@dataclass(frozen=True)
+class RecordKeys:
+    """RecordKeys say how the files of records are read.
+
+    Attributes:
+        time: column of times; found if None.
+        sample_step: step in s of files without times; None where they have some.
+        pairing: the output that answers an input; None where it follows from the hold of inputs.
+        missing: numbers that stand for missing values.
+        fill: up to this many missing samples in a row are filled; 0 for none.
+    """
+
+    time: str | None = None
+    sample_step: float | None = None
+    pairing: Pairing | None = None
+    missing: tuple[float, ...] = ()
+    fill: int = 0
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, Parameter], label: str) -> RecordKeys:
+        """Read the keys of a recipe or of options; the label names the record in messages.
+
+        Raises:
+            RecordError: a value is none that the key may have.
+            LoadError: a key is unknown.
+        """
+        require_known(label, parameters, KEYS)
+        time, pairing = parameters.get("time"), parameters.get("pairing")
+        step, fill = parameters.get("sample_step"), parameters.get("fill", 0)
+        if time is not None and not isinstance(time, str):
+            raise _wrong(label, "time", time, "the name of the column of times")
+        if step is not None and not (_is_number(step) and 0 < float(step) < math.inf):
+            raise _wrong(
+                label, "sample_step", step, "the step in s of a file without times, above 0"
+            )
+        if pairing is not None and pairing not in get_args(Pairing):
+            raise _wrong(label, "pairing", pairing, f"one of {list(get_args(Pairing))}")
+        if isinstance(fill, bool) or not isinstance(fill, int) or fill < 0:
+            raise _wrong(
+                label, "fill", fill, "the most missing samples in a row that are filled, a number"
+            )
+        return cls(
+            time,
+            None if step is None else float(step),
+            cast("Pairing | None", pairing),
+            _numbers(parameters.get("missing", ""), label),
+            fill,
+        )
+
+    def read(
+        self, paths: Sequence[str], names: Sequence[str], others: bool = False
+    ) -> tuple[Record, ...]:
+        """Read files, with NaN in the place of numbers that stand for missing values.
+
+        Raises:
+            RecordError: as of ``read_records``.
+        """
+        records = read_records(paths, names, others=others, time=self.time, step=self.sample_step)
+        return tuple(replace(self._without_codes(one), fill=self.fill) for one in records)
+
+    def _without_codes(self, record: Record) -> Record:
+        if not self.missing:
+            return record
+        columns = {
+            name: np.where(np.isin(values, self.missing), np.nan, values)
+            for name, values in record.columns.items()
+        }
+        return replace(record, columns=columns)
+
+
+def _is_number(value: Parameter) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers(value: Parameter, label: str) -> tuple[float, ...]:
+    """Return one number, or those of a text with commas between them."""
+    try:
+        if isinstance(value, str):
+            return tuple(float(one) for one in value.split(",") if one.strip())
+        return (float(value),)
+    except ValueError as error:
+        expected = "a number that stands for missing values, or several in a text, as '-9999, -1'"
+        raise _wrong(label, "missing", value, expected) from error
+
+
+def _wrong(label: str, key: str, value: Parameter, expected: str) -> RecordError:
+    return RecordError(f"{label}: system.parameters.{key} = {value!r}; expected {expected}")

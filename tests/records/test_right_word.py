@@ -1,0 +1,256 @@
+"""What is wrong in a file is named before anything is concluded about the machine."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from slide_fmu.cli.app import app
+from slide_fmu.propose.proposal import RefusedProposalError
+from slide_fmu.records.faults import held_samples, missing_codes
+from slide_fmu.records.proposal import RecordOptions, propose_record
+from slide_fmu.systems.declared import Parameter
+from tests.records.bench import (
+    SAMPLES,
+    STEP,
+    late,
+    response,
+    smooth,
+    times,
+    write,
+    write_bench,
+)
+from tests.records.samples import clean_signals
+from tests.refusals import refused
+
+RNG = np.random.default_rng(3)
+WRONG = ("an integral", "an oscillation that does not decay", "free direction")
+
+
+def init(path: Path, step: float | None = None, **read: Parameter) -> tuple[str, ...]:
+    """Propose a recipe, and return its remarks."""
+    inputs = {"valve": None}
+    return propose_record(RecordOptions((str(path),), inputs, step=step, read=read)).remarks
+
+
+def refusal(path: Path) -> RefusedProposalError:
+    with pytest.raises(RefusedProposalError) as caught:
+        init(path)
+    assert not any(word in str(caught.value) for word in WRONG)
+    assert tomllib.loads(caught.value.text)["system"]["kind"] == "record"
+    return caught.value
+
+
+def said(remarks: tuple[str, ...], *words: str) -> bool:
+    return any(all(word in remark for word in words) for remark in remarks)
+
+
+@pytest.fixture(scope="module")
+def valve() -> np.ndarray:
+    return smooth()
+
+
+@pytest.fixture(scope="module")
+def level(valve: np.ndarray) -> np.ndarray:
+    return response(valve)
+
+
+def test_lost_rows_are_named_first_and_filled_if_wished(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    path = write_bench(tmp_path / "a.csv", valve, level, RNG.random(SAMPLES) > 0.02)
+    error = refusal(path)
+    first, last = str(error).splitlines()
+    assert "gaps" in first
+    assert "samples of 0.01 s are missing" in first
+    assert "--read fill=N" in first
+    assert last.startswith("with the files as they are: ")
+    assert "a memory that is longer than the pieces" in last
+    assert "# parameters = { fill = 1 }" in error.text
+    assert said(init(path, fill=3), "lost samples", "are filled")
+
+
+@pytest.mark.parametrize("code", [-9999.0, 999.9, 32767.0, -1e30])
+def test_codes_for_missing_values_are_refused_with_the_key(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray, code: float
+) -> None:
+    spoilt = level.copy()
+    spoilt[RNG.random(SAMPLES) < 0.01] = code
+    spoilt[500:520] = code
+    error = refusal(write_bench(tmp_path / "a.csv", valve, spoilt))
+    assert f"are exactly {code:.10g}" in str(error)
+    assert f"--read missing={code:.10g}" in str(error)
+    assert f"# parameters = {{ missing = {code!r}, fill = 1 }}" in error.text
+    assert tomllib.loads(error.text)["system"]["outputs"]["level"]["range"][1] < 50
+    assert said(init(tmp_path / "a.csv", missing=code, fill=1), "values are empty")
+
+
+def test_numbers_that_come_from_the_machine_are_no_codes() -> None:
+    for seed in range(4):
+        for values in clean_signals(seed).values():
+            assert missing_codes(values) == []
+    assert missing_codes(np.array([0.0, 500.0, 999.0] * 50)) == []
+    assert missing_codes(np.linspace(0, 9999, 500)) == []
+
+
+def test_number_that_is_far_from_all_others_is_remarked(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    spoilt = 100 + level
+    spoilt[[100, 101, 102, 900, 901, 1700]] = 0.0
+    remarks = init(write_bench(tmp_path / "a.csv", valve, spoilt))
+    assert said(remarks, "6 samples in 3 runs are exactly 0", "--read missing=0")
+
+
+def test_held_sensor_is_named_with_the_step_that_suits_it(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    held = np.repeat(level[::10], 10)
+    error = refusal(write_bench(tmp_path / "a.csv", valve, held))
+    assert "it changes every 10 samples only" in str(error).splitlines()[0]
+    assert "--step 0.1 --read fill=9" in str(error)
+    assert "# step = 0.1" in error.text
+    assert not said(init(tmp_path / "a.csv", step=0.1, fill=9), "it changes every")
+
+
+def test_output_of_a_lower_rate_than_the_inputs_is_named(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    sparse = np.where(np.arange(SAMPLES) % 5 == 0, level, np.nan)
+    error = refusal(write_bench(tmp_path / "a.csv", valve, sparse))
+    assert "it has a value every 5 samples only: it has a rate of its own" in str(error)
+    assert not said(init(tmp_path / "a.csv", step=0.05, fill=4), "empty")
+
+
+def test_held_values_are_found_by_their_rate_and_coarse_ones_are_not() -> None:
+    level = response(smooth())
+    found = held_samples(np.repeat(level[::33], 33)[:SAMPLES])
+    assert found is not None
+    assert (found.period, found.longest) == (33.0, 32)
+    uneven = level[np.searchsorted(np.arange(0, SAMPLES, 100 / 30), np.arange(SAMPLES)) * 3 % 3999]
+    found = held_samples(uneven)
+    assert found is not None
+    assert found.period == pytest.approx(100 / 30, rel=0.01)
+    ramp = np.round(np.abs(np.arange(SAMPLES) % 1000 - 500.0) / 10)
+    for values in (level, np.round(level, 1), ramp, RNG.integers(0, 2, SAMPLES) * 1.0):
+        assert held_samples(values) is None
+
+
+def test_white_noise_is_no_response(tmp_path: Path, valve: np.ndarray) -> None:
+    error = refusal(write_bench(tmp_path / "a.csv", valve, RNG.normal(size=SAMPLES)))
+    assert "'level': it is white noise" in str(error)
+
+
+def test_static_set_points_are_named(tmp_path: Path) -> None:
+    points = np.zeros(SAMPLES)
+    points[500:] = 1.0
+    remarks = init(write_bench(tmp_path / "a.csv", points, response(points)))
+    assert said(remarks, "the inputs ['valve'] change at 1 of 4000 samples")
+
+
+@pytest.mark.parametrize("gain_alone", [True, False])
+def test_dead_time_is_no_lack_of_an_answer(tmp_path: Path, gain_alone: bool) -> None:
+    noise = RNG.normal(size=SAMPLES)
+    answer = late(noise, 20)
+    level = answer + 1e-2 * RNG.normal(size=SAMPLES) if gain_alone else response(answer)
+    remarks = init(write_bench(tmp_path / "a.csv", noise, level))
+    assert said(remarks, "it answers the inputs after about 2")
+    assert not said(remarks, "no input moves it")
+
+
+def test_oscillation_that_outlasts_the_record_decays_nevertheless(
+    tmp_path: Path, valve: np.ndarray
+) -> None:
+    path = write_bench(tmp_path / "a.csv", valve[:1500], response(valve, 0.01, 1e-4)[:1500])
+    error = refusal(path)
+    assert "a memory that is longer than the pieces of the records" in str(error)
+    assert "1049 samples, 10.49 s. It falls to 5 % within 29." in str(error)
+
+
+def test_longest_window_that_fits_is_proposed_with_its_price(
+    tmp_path: Path, valve: np.ndarray
+) -> None:
+    path = write_bench(tmp_path / "a.csv", valve, response(valve, 0.05))
+    proposal = propose_record(RecordOptions((str(path),), {"valve": None}))
+    assert tomllib.loads(proposal.text)["window"]["remaining_amplitude"] == 0.1
+    assert said(proposal.remarks, "longest window that fits", "truncation error of up to 10 %")
+    error = refusal(write_bench(tmp_path / "b.csv", valve[:2000], response(valve, 0.04)[:2000]))
+    assert "# remaining_amplitude = 0.5" in error.text
+
+
+def test_clock_without_a_rate_is_named(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    time = np.cumsum(STEP * RNG.uniform(0.2, 3.0, SAMPLES))
+    columns = {"time": time, "valve": valve, "level": level}
+    error = refusal(write(tmp_path / "a.csv", **columns))
+    assert "(nine in ten; the median is" in str(error)
+
+
+def test_refused_init_writes_its_recipe_and_exits_with_an_error(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    spoilt = level.copy()
+    spoilt[::50] = -9999
+    path, recipe = write_bench(tmp_path / "a.csv", valve, spoilt), tmp_path / "a.toml"
+    names = ["init", str(path), "--input", "valve", "-o", str(recipe)]
+    result = CliRunner().invoke(app, names)
+    assert result.exit_code == 1
+    assert "says in comments what to change" in " ".join(result.output.split())
+    text = recipe.read_text()
+    assert text.startswith("# slide-fmu init refused these records as they are.")
+    mending = ["--read", "missing=-9999", "--read", "fill=1"]
+    mended = CliRunner().invoke(app, [*names, "--force", *mending])
+    assert mended.exit_code == 0, mended.output
+    keys = tomllib.loads(recipe.read_text())["system"]["parameters"]
+    assert keys == {"missing": -9999, "fill": 1}
+
+
+@pytest.mark.parametrize(
+    ("read", "words"),
+    [
+        ("missing", "expected KEY=VALUE"),
+        ("missing=none", "missing = 'none'; expected a number that stands"),
+        ("fill=-1", "fill = -1; expected the most missing samples"),
+        ("filled=1", "unknown parameters ['filled']"),
+    ],
+)
+def test_wrong_key_is_refused_with_what_is_expected(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray, read: str, words: str
+) -> None:
+    path = write_bench(tmp_path / "a.csv", valve[:500], level[:500])
+    result = CliRunner().invoke(app, ["init", str(path), "--input", "valve", "--read", read])
+    assert result.exit_code == 1
+    assert words in " ".join(result.output.split())
+
+
+def test_broken_times_and_constant_columns_still_give_a_recipe(
+    tmp_path: Path, valve: np.ndarray
+) -> None:
+    columns = {"time": np.zeros(SAMPLES), "valve": valve, "level": np.ones(SAMPLES)}
+    error = refusal(write(tmp_path / "a.csv", **columns))
+    assert "the time never rises" in str(error)
+    assert "'level': the value is 1 in all samples" in str(error)
+
+
+def test_filled_samples_lie_where_the_lost_ones_were(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    from slide_fmu.records.filling import filled
+    from slide_fmu.records.keys import RecordKeys
+
+    path = write_bench(tmp_path / "a.csv", valve, level, RNG.random(SAMPLES) > 0.02)
+    (record,) = RecordKeys(fill=3).read([str(path)], ("valve", "level"))
+    whole = filled(record, ("valve",), ("level",), "first_order")
+    assert whole.time == pytest.approx(times(), abs=1e-6)
+    assert np.abs(whole.columns["level"] - level).max() < 0.02 * level.std()
+    held = filled(record, ("valve",), ("level",), "zero_order")
+    lost = ~np.isin(np.round(whole.time, 4), np.round(record.time, 4))
+    before = np.flatnonzero(lost & ~np.roll(lost, 1))
+    assert np.array_equal(held.columns["valve"][before], held.columns["valve"][before - 1])
+    with refused(ValueError, "fill"):
+        RecordKeys.of({"fill": True}, "a.csv")

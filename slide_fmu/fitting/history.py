@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from slide_fmu.core.figures import optional
+
 
 @dataclass(frozen=True)
 class SizeTrial:
@@ -14,7 +16,10 @@ class SizeTrial:
         order: number of states that carry the response.
         units: number of hidden units; 0 for a linear network.
         parameters: number of parameters.
-        validation_error: RMS in scaled units; None if no run was stable.
+        validation_error: RMS in scaled units; None if no run was stable. Of measured records it is
+            the median over blocks that are spread over the records.
+        lowest_error, highest_error: the errors of the best and the worst of these blocks; None
+            where there is only one.
         learnable_error: RMS of the part of that error that could be predicted from the inputs;
             None if the search did not compute it.
     """
@@ -24,6 +29,8 @@ class SizeTrial:
     parameters: int
     validation_error: float | None
     learnable_error: float | None
+    lowest_error: float | None = optional()
+    highest_error: float | None = optional()
 
 
 @dataclass(frozen=True)

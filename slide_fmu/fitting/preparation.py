@@ -163,6 +163,7 @@ class FitPreparation:
             work.start,
             _physical(work.case, splits),
             scales.noise,
+            work.case.source.sampled_only,
         )
 
     def _data_of(self, split: Split) -> FeatureData:

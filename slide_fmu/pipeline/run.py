@@ -49,6 +49,7 @@ from slide_fmu.validation.measure import rows_of
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import Row
 from slide_fmu.validation.task import BEYOND, IN_RANGE, Task
+from slide_fmu.validation.validate import require_own_memory
 
 PICTURE = "error_against_step.png"
 """Picture of the error against the communication step, in the folder of the card."""
@@ -150,7 +151,8 @@ def measure_trained(
 
     Raises:
         CoSimulationError: an FMU reports an error, or differs from its surrogate.
-        UnstableSurrogateError: the surrogate grows without bound, or does not forget its state.
+        UnstableSurrogateError: the surrogate grows without bound, does not forget its state, or
+            contradicts its measured error.
     """
     trained, data = results.trained, results.data
     surrogate = trained.surrogate
@@ -160,6 +162,7 @@ def measure_trained(
         require_same_answers(bare)
         validations, remarks = _validations(bare, surrogate, job, wanted, workers)
         in_range = validations[IN_RANGE]
+        require_own_memory(job.case.source, in_range)
         attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
         rows = rows_of(bare, validations, job.case, in_range.usual_error(), job.bar, attacks)
         measurement = RunMeasurement(

@@ -91,6 +91,9 @@ class DataRecipe(Table):
         by: for records, how they are divided: by contiguous ``"block"`` in the order of time, of
             all files end to end; likewise of ``"each"`` file by itself (the default with physical
             parameters); or by whole ``"record"``. Samples of the same inputs are in one part.
+        blocks: for records, the number of blocks that each part has, spread over the records. If
+            not given, up to five, each as long as the memory of the machine. With 1 each part is
+            one stretch: training first, test last.
     """
 
     seed: int = Field(default=0, ge=0)
@@ -111,6 +114,7 @@ class DataRecipe(Table):
     excitation: tuple[Excitation, ...] = ()
     shares: dict[Part, Annotated[float, Field(ge=0, le=1)]] = Field(default={})
     by: Literal["block", "each", "record"] = "block"
+    blocks: PositiveInt | None = None
 
 
 class ValidationRecipe(Table):

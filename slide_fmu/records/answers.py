@@ -31,6 +31,7 @@ from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
+from slide_fmu.records.own_memory import require_own_memory
 from slide_fmu.records.remarks import remarks_on_division, remarks_on_records
 from slide_fmu.records.rules import shares_of
 from slide_fmu.records.segments import Segment, inputs_beyond, segments, unseen_blocks
@@ -286,4 +287,5 @@ stages.size_case.register(MeasuredRecords)(size_case)
 validate.validate_against.register(MeasuredRecords)(validate_records)
 validate.origin_of_data.register(MeasuredRecords)(record_origin)
 validate.require_same_origin.register(MeasuredRecords)(require_same_records)
+validate.require_own_memory.register(MeasuredRecords)(require_own_memory)
 run_report.remarks_on_data.register(MeasuredRecords)(remarks_on_records)

@@ -9,6 +9,10 @@ record whose inputs never come again is cut in the order of time by this rule. T
 several periods, one period (of which each repetition is cut at the same place), and files of one
 drive signal, wherever they begin.
 
+A machine is rarely the same along a record: it warms up, and its load changes. One stretch alone
+can flatter a network, or blame it. So the parts take turns, in several rounds, and each has blocks
+that are spread over the record.
+
 The benefit was measured with 6000 samples of a nonlinear oscillator with 2 % of noise, and a
 network that is too large. One period of 1000 samples, six times: cut in the order of time, the
 record gives an error of 2.1 %, cut by this rule 3.6 %, where new inputs give 12.5 and 10.6 %. Ten
@@ -52,6 +56,8 @@ class Splitting:
             ``"each"`` by itself; or by whole ``"record"``.
         shares: share of all samples of each part, by its name, in the order of time; 0 for no
             samples.
+        rounds: number of equal stretches of the records, or of each, that are divided like this;
+            every part then has a block in each of them.
 
     Raises:
         RecordError: a number is out of range.
@@ -60,6 +66,7 @@ class Splitting:
     lead: int
     by: By = "block"
     shares: Mapping[str, float] = field(default_factory=lambda: dict(SHARES))
+    rounds: int = 1
 
     def __post_init__(self) -> None:
         shares = list(self.shares.values())
@@ -70,6 +77,8 @@ class Splitting:
             )
         if self.lead < 0:
             raise RecordError(f"lead = {self.lead}; expected at least 0")
+        if self.rounds < 1:
+            raise RecordError(f"rounds = {self.rounds}; expected at least 1")
 
 
 @dataclass(frozen=True)
@@ -155,14 +164,29 @@ def _parts(
                 f"there are {number} records of different inputs for {wanted} parts; expected at "
                 'least one for each: record more, or set data.by = "block"'
             )
-        return _shared_out(groups, shares)
+        return _in_rounds(groups, shares, splitting.rounds)
     of_number = np.full(int(numbers.max()) + 1, -1)
     together = np.zeros_like(records) if splitting.by == "block" else records
     for record in np.unique(together):
         own = numbers[together == record]
         own = own[of_number[own] < 0]
-        of_number[own] = _shared_out(own, shares)
+        of_number[own] = _in_rounds(own, shares, splitting.rounds)
     return np.asarray(of_number[numbers])
+
+
+def _in_rounds(groups: NDArray[np.intp], shares: FloatArray, rounds: int) -> NDArray[np.intp]:
+    """Share groups out as ``_shared_out`` does, in each of some stretches of about equal length.
+
+    A group is in one stretch as a whole.
+    """
+    groups = in_order(groups)
+    middles = np.cumsum(np.bincount(groups)) - 0.5 * np.bincount(groups)
+    stretch = np.minimum((middles * rounds / len(groups)).astype(np.intp), rounds - 1)[groups]
+    parts = np.empty_like(groups)
+    for number in np.unique(stretch):
+        own = stretch == number
+        parts[own] = _shared_out(groups[own], shares)
+    return parts
 
 
 def _shared_out(groups: NDArray[np.intp], shares: FloatArray) -> NDArray[np.intp]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slide_fmu.core.noise_floor import SHORTEST_PIECE
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.record_files.record import RecordError
 from slide_fmu.records.division import Block, Split, Splitting, split_pieces
@@ -18,6 +19,9 @@ FEWEST = 8
 """Least number of samples in a row with all outputs, in some place of each part."""
 MOST = 0.9
 """Segments are short enough to use at least this part of the samples."""
+MOST_BLOCKS = 5
+"""Largest number of blocks of each part that are spread over a record, where the recipe does not
+say. Each costs the samples of one lead."""
 
 
 def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
@@ -36,9 +40,31 @@ def divided(recipe: Recipe, source: MeasuredRecords) -> Split:
 def in_order_of_time(recipe: Recipe, source: MeasuredRecords) -> Split:
     """Divide the records of a recipe into its parts without leads, even if inputs repeat.
 
-    A window is sized by this division, since ``divided`` itself needs a window.
+    A window is sized by this division, since ``divided`` itself needs a window. Each part is one
+    stretch: a slow decay shows in long pieces only.
     """
-    return _split(recipe, source, 0)
+    return _split(recipe, source, 0, rounds=1)
+
+
+def most_blocks(recipe: Recipe, source: MeasuredRecords) -> int:
+    """Return how many blocks each part may have, spread over the records, at least 1.
+
+    It is the number in the recipe, or as many as the records have room for: the smallest part
+    still scores as many samples in each block as its lead has, and enough to see noise.
+    """
+    if recipe.data.blocks is not None:
+        return recipe.data.blocks
+    smallest = min(share for share in shares_of(recipe).values() if share)
+    if recipe.data.by == "record":
+        room, least = len(source.files), 1
+    else:
+        room, least = int(source.numbers.max()) + 1, max(_lead(recipe), SHORTEST_PIECE)
+    if recipe.data.by == "each":
+        lengths = np.zeros(len(source.files))
+        for piece in source.pieces:
+            lengths[piece.record] += len(piece.trajectory.inputs)
+        room = min(room, int(lengths.min()))
+    return max(1, min(MOST_BLOCKS, int(room * smallest / least)))
 
 
 def has_known_inputs(recipe: Recipe, source: MeasuredRecords) -> bool:
@@ -75,14 +101,24 @@ def _apart(recipe: Recipe, source: MeasuredRecords) -> Split | None:
 
 
 def _split(
-    recipe: Recipe, source: MeasuredRecords, lead: int, numbers: NDArray[np.intp] | None = None
+    recipe: Recipe,
+    source: MeasuredRecords,
+    lead: int,
+    numbers: NDArray[np.intp] | None = None,
+    rounds: int | None = None,
 ) -> Split:
+    """Divide records in a number of rounds; if None, in as many as leave samples to each part."""
     shares = {str(part): share for part, share in shares_of(recipe).items() if share}
     by = recipe.data.by
-    try:
-        split = split_pieces(source.pieces, Splitting(lead, by, shares), numbers)
-    except RecordError as error:
-        raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
+    most = most_blocks(recipe, source) if rounds is None else rounds
+    least = most if recipe.data.blocks is not None else 1
+    for number in range(most, least - 1, -1):
+        try:
+            split = split_pieces(source.pieces, Splitting(lead, by, shares, number), numbers)
+            break
+        except RecordError as error:
+            if number == least:
+                raise RecipeError(f"recipe {recipe.name!r}: {error}") from error
     problem = too_few_specimens(recipe, files_of(source, split["train"]))
     if problem is not None:
         raise RecipeError(f"recipe {recipe.name!r}: data.by = {by!r}: {problem}")

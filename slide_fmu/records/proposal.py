@@ -297,7 +297,10 @@ def _division(records: int, comes_again: bool) -> tuple[By, str]:
     """Return the division of records, and its reason."""
     if records >= MANY and not comes_again:
         return "record", "There are many records: each of them is in one part as a whole."
-    origin = "The records are cut in the order of time: training first, test last."
+    origin = (
+        "The records are cut into blocks. Each part has up to five, spread over the records, as "
+        "far as the memory of the machine leaves room (data.blocks)."
+    )
     if comes_again:
         origin += " Samples of inputs that come again are in one part, if enough others are left."
     return "block", origin

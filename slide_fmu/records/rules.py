@@ -126,6 +126,7 @@ class RecordRules(KindRules):
         return {
             "lead": recipe.window.n_in - recipe.window.n_out,
             "shares": shares_of(recipe),
+            "blocks": recipe.data.blocks or "spread",
             "degree": getattr(recipe.network, "parameter_degree", None),  # asks for specimens
         }
 

@@ -14,7 +14,7 @@ from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.division import Block
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.parts import divided, files_of, in_order_of_time, scored_parts
+from slide_fmu.records.parts import files_of, in_order_of_time, scored_parts
 from slide_fmu.records.specimens import values_in_file
 
 
@@ -91,13 +91,13 @@ def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
 def inputs_beyond(
     recipe: Recipe, source: MeasuredRecords, count: int, number: int, factor: float
 ) -> FloatArray:
-    """Return ``number`` segments of the training inputs, all with a larger amplitude.
+    """Return ``number`` segments of the records' inputs, all with a larger amplitude.
 
     Their deviations from the mean are multiplied by the factor. Their starts are evenly spread
-    over the training part, which is mirrored at its ends where it is shorter than ``count``
-    samples. The shape is (number, count, n_inputs).
+    over all parts, so that they reach the states that the records reach. A piece is mirrored at
+    its ends where it is shorter than ``count`` samples. The shape is (number, count, n_inputs).
     """
-    blocks = [block.cut(source.pieces).inputs for block in divided(recipe, source)["train"]]
+    blocks = [piece.trajectory.inputs for piece in source.pieces]
     mean = np.concatenate(blocks).mean(axis=0)
     beyond = []
     for index in range(number):

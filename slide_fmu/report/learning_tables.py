@@ -64,20 +64,20 @@ def training_table(histories: Mapping[str, History]) -> ReportTable:
 
 
 def size_table(sizes: Sequence[SizeTrial]) -> ReportTable:
-    """Return the sizes that a search has tried."""
-    heading = "order", "hidden units", "parameters", "validation error", "error still learnable"
+    """Return the sizes that a search has tried; of records, with the spread over their blocks."""
+    spread = any(size.highest_error is not None for size in sizes)
+    of_blocks = ("best block", "worst block") if spread else ()
+    errors = "validation error", *of_blocks, "error still learnable"
+
+    def shown(size: SizeTrial) -> Iterator[str]:
+        blocks = (size.lowest_error, size.highest_error) if spread else ()
+        for error in (size.validation_error, *blocks, size.learnable_error):
+            yield "" if error is None else percent(error)
+
     rows = (
-        (
-            str(size.order),
-            str(size.units),
-            str(size.parameters),
-            *(
-                "" if error is None else percent(error)
-                for error in (size.validation_error, size.learnable_error)
-            ),
-        )
-        for size in sizes
+        (str(size.order), str(size.units), str(size.parameters), *shown(size)) for size in sizes
     )
+    heading = "order", "hidden units", "parameters", *errors
     return ReportTable.of(heading, rows, "sizes tried")
 
 

@@ -43,7 +43,7 @@ def model_card(
         remarks=[
             *quick,
             *noise_sentences(measured.in_range.outputs),
-            *(measured.record_remarks or ()),
+            *(measured.remarks if measured.record_remarks is not None else ()),
         ],
         picture=picture,
         mechanism=mechanism,

@@ -311,6 +311,14 @@ def compare(
 
 
 @asked_of_sources
+def require_own_memory(system: System, in_range: Validation) -> None:
+    """Refuse an FMU whose own measure of its memory contradicts its error, if it has data.
+
+    Of a system nothing more is asked: motions from any state were simulated.
+    """
+
+
+@asked_of_sources
 def origin_of_data(system: System) -> Provenance:
     """Return the part of a provenance that names files of data; empty for a system."""
     return {}

@@ -40,7 +40,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for seed, mass in enumerate(MASSES):
         write_record(folder / f"{seed}.csv", SAMPLES, seed, mass=mass)
     files = 'model = "0.csv"\nfurther = ["1.csv", "2.csv", "3.csv"]'
-    text = RECIPE.replace('model = "bench.csv"', files).replace("240", "320") + TABLES
+    text = RECIPE.replace('model = "bench.csv"', files).replace("240", "400") + TABLES
     (folder / "bench.toml").write_text(text.replace("iterations = 10\n", "iterations = 30\n", 1))
     done = invoke("run", folder / "bench.toml", "--runs", folder / "runs", "--json", "-")
     assert done.exit_code == 0, done.output

@@ -16,7 +16,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.parts import divided, longest_scored
 from slide_fmu.records.remarks import left_out, remarks_on_division
-from slide_fmu.records.segments import inputs_beyond, learnt_pieces, segments, unseen_blocks
+from slide_fmu.records.segments import inputs_beyond, segments, unseen_blocks
 from tests.marks import needs_app
 from tests.own_records import RECIPE, write_record
 from tests.progress import silent
@@ -30,8 +30,8 @@ ROUNDING = 1e-12
 
 def recipe_of(path: Path, more: str = "", **values: object) -> Recipe:
     text = RECIPE.replace('"bench.csv"', f'"{path}"') + more
-    for key, value in values.items():
-        text += f"\n[data]\n{key} = {value}\n"
+    keys = {"blocks": 1, **values}
+    text += "\n[data]\n" + "\n".join(f"{key} = {value}" for key, value in keys.items()) + "\n"
     read = parse_open_recipe(text, "bench.toml")
     lengths = {"data": {"duration": 4.0, "burn_in": 2.4}}
     given = {key for key in ("duration",) if key in values}
@@ -66,6 +66,35 @@ def test_segments_score_every_sample_of_their_part_behind_the_first_lead(tmp_pat
         firsts = starts(recipe, part)
         covered = set().union(*(range(s + LEAD, s + LEAD + scored) for s in firsts))
         assert covered == set(range(max(begin, LEAD), end))
+
+
+def test_each_part_has_blocks_that_are_spread_over_the_record(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv")
+    recipe = recipe_of(path, blocks=3)
+    source, sizes = source_of(recipe), {"train": 0.7, "validation": 0.15, "test": 0.15}
+    split, count = divided(recipe, source), len(source.pieces[0].trajectory.inputs)
+    for part, share in sizes.items():
+        assert len(split[part]) == 3
+        middles = [0.5 * (block.scored + block.stop) / count for block in split[part]]
+        np.testing.assert_allclose(np.diff(middles), 1 / 3, atol=0.03)
+        scored = sum(block.stop - block.scored for block in split[part])
+        assert scored > share * count - 3 * LEAD - 2  # samples at cuts
+    ends = [block.stop for block in split["test"]]
+    begun = [block.start for block in split["train"][1:]]
+    assert begun == ends[:2]  # what follows a tested block still answers its inputs
+
+
+def test_blocks_are_as_many_as_the_window_leaves_room_for(tmp_path: Path) -> None:
+    """The smallest part has 0.15 of 4000 samples, and the lead 160 of them."""
+    path = write_record(tmp_path / "a.csv")
+    text = RECIPE.replace('"bench.csv"', f'"{path}"')
+    for n_in, n_out, blocks in ((240, 80, 3), (120, 40, 5), (700, 200, 1)):
+        changed = text.replace("n_in = 240", f"n_in = {n_in}").replace(
+            "n_out = 80", f"n_out = {n_out}"
+        )
+        lengths = {"data": {"duration": 8.0, "burn_in": 2.4}}
+        recipe = parse_open_recipe(changed, "bench.toml").with_found(lengths, "bench.toml").guess
+        assert [len(own) for own in divided(recipe, source_of(recipe)).values()] == [blocks] * 3
 
 
 def test_segments_have_one_length_and_outputs_that_belong_to_their_inputs(tmp_path: Path) -> None:
@@ -113,16 +142,17 @@ def test_part_that_is_too_short_is_refused_with_the_recipe(tmp_path: Path) -> No
         divided(recipe, source_of(recipe))
 
 
-def test_inputs_beyond_are_those_of_the_training_with_a_larger_amplitude(tmp_path: Path) -> None:
+def test_inputs_beyond_are_those_of_the_record_with_a_larger_amplitude(tmp_path: Path) -> None:
     recipe = recipe_of(write_record(tmp_path / "a.csv"))
     source = source_of(recipe)
     one, two = (inputs_beyond(recipe, source, 300, 5, factor) for factor in (1.0, 2.0))
-    learnt = learnt_pieces(recipe, source)[0][0].inputs
-    mean = learnt.mean(axis=0)
+    whole = source.pieces[0].trajectory.inputs
+    mean = whole.mean(axis=0)
     np.testing.assert_allclose(two - mean, 2 * (one - mean))
     assert one.shape == (5, 300, 1)
-    apart = np.abs(one.ravel()[:, None] - learnt.ravel()).min(axis=1)
+    apart = np.abs(one.ravel()[:, None] - whole.ravel()).min(axis=1)
     assert apart.max() < ROUNDING
+    assert abs(one[-1, -1, 0] - whole[-1, 0]) < ROUNDING  # to the end of the record
     assert len({row[0, 0] for row in one}) == 5
 
 
@@ -131,7 +161,7 @@ def test_inputs_run_to_and_fro_where_the_record_is_shorter_than_asked(tmp_path: 
     found = inputs_beyond(recipe, source_of(recipe), 9000, 2, 1.0)
     jumps = np.abs(np.diff(found[0, :, 0])).max()
     assert found.shape == (2, 9000, 1)
-    assert jumps <= np.abs(np.diff(found[0, :2700, 0])).max()
+    assert jumps <= np.abs(np.diff(found[0, :3900, 0])).max()
 
 
 def made(recipe: Recipe, folder: Path, progress: Progress = silent) -> int:

@@ -36,7 +36,9 @@ def recipe_of(folder: Path, data: str = "") -> Recipe:
     text = RECIPE.replace('model = "bench.csv"', f'model = "{first}"\nfurther = {further}')
     if "[network]" in data:
         text = text.replace("[network]\norder = 2\nhidden = 4\n", "")
-    text += f"\n[parameters.mass]\nvalues = {list(MASSES)}\n[data]\nduration = 4.0\n{data}"
+    text += (
+        f"\n[parameters.mass]\nvalues = {list(MASSES)}\n[data]\nblocks = 1\nduration = 4.0\n{data}"
+    )
     resolved = {"data": {"burn_in": 2.4, "train": TRAIN, "validation": 6}}
     return parse_open_recipe(text, "recipe").with_found(resolved, "recipe").guess
 

@@ -28,6 +28,15 @@ def test_sizes_stand_with_their_errors() -> None:
     )
 
 
+def test_sizes_of_records_stand_with_their_spread() -> None:
+    sizes = SizeTrial(4, 16, 290, 0.05, 0.01, 0.02, 0.125), SIZES[1]
+    assert size_table(sizes).heading[3:6] == ("validation error", "best block", "worst block")
+    assert [row[3:] for row in size_table(sizes).rows] == [
+        ("5 %", "2 %", "12.5 %", "1 %"),
+        ("", "", "", ""),
+    ]
+
+
 def test_curve_stands_with_its_numbers_and_times() -> None:
     assert curve_table(CURVE).rows == (
         ("8", "25 %", "12.5 %", "3"),

@@ -27,6 +27,7 @@ from slide_fmu.fitting.state_space.linear_start import excited_eigenvalues
 from slide_fmu.fitting.state_space.normal_equations import (
     NormalEquations,
     normal_equations,
+    squares_of_segments,
     sum_of_squares,
 )
 from slide_fmu.fitting.state_space.penalties import (
@@ -46,6 +47,9 @@ FEWEST = 8
 ENOUGH = 12_288
 """Smallest number of samples that judge sizes, if there are enough: with fewer, a linear model,
 fitted to all data, would seem better than the many parameters of hidden units."""
+
+JUDGING = 5
+"""Largest number of blocks of measured records whose median judges a size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +99,18 @@ class FitData:
             return None
         drive = self.features[:, :, list(self.roles.drive)]
         return excited_eigenvalues(self.problem.eigenvalues, drive, self.problem.window.step)
+
+    def errors_of_blocks(self, shape: CellShape, theta: torch.Tensor) -> tuple[float, ...]:
+        """Return the validation error of a cell, an RMS in scaled units, of each block in time.
+
+        A size is judged by their median: on one stretch of a record a poor network may be good by
+        chance. That is for measured records alone: kinds of simulated inputs differ in size.
+        """
+        squares = squares_of_segments(shape, theta, self.validation)
+        count = min(JUDGING, len(squares))
+        each = self.validation.targets.numel() / self.validation.count
+        blocks = squares.double().tensor_split(count)
+        return tuple(math.sqrt(float(block.mean()) / each) for block in blocks)
 
     def penalty(self, shape: CellShape, residuals: int) -> PolePenalty:
         """Return the penalty on poles that decay more slowly than the window and the system."""

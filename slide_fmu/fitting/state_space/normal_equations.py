@@ -58,10 +58,19 @@ class NormalEquations:
 
 def sum_of_squares(shape: CellShape, theta: torch.Tensor, segments: Segments) -> float:
     """Return the sum of squares over all scored samples; not finite if the cell diverges."""
+    return float(squares_of_segments(shape, theta, segments) @ segments.weights.square())
+
+
+def squares_of_segments(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Return the sum of squares over the scored samples of each segment, (B,), without weights.
+
+    It is not finite if the cell diverges.
+    """
     with torch.no_grad():
         outputs, _ = simulate(shape, theta, segments.features, segments.phi)
         residuals = segments.whitened(outputs[segments.burn_in :] - segments.targets)
-        return float(residuals.square().sum((0, 2)) @ segments.weights.square())
+        squares: torch.Tensor = residuals.square().sum((0, 2))
+        return squares
 
 
 def normal_equations(shape: CellShape, theta: torch.Tensor, segments: Segments) -> NormalEquations:

@@ -4,7 +4,8 @@ It begins at the order given by eigenvalues, if they are known. Otherwise impuls
 first guess, which is lowered to the fewest states with which a linear model is as good.
 
 A step to a larger network is worthwhile if its validation error falls to ``WORTHWHILE``, at equal
-effort on equal data. If no single step is, the search looks one step further, as long as the
+effort on equal data. The validation error of measured records is the median over blocks that are
+spread over them. If no single step is, the search looks one step further, as long as the
 residual can still be predicted from the inputs: a few hidden units may gain little alone.
 """
 
@@ -15,6 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import final
+
+import numpy as np
 
 from slide_fmu.fitting.history import SizeTrial
 from slide_fmu.fitting.ladder import (
@@ -162,6 +165,7 @@ class _Search:
         self._data = multi_start.data
         self._samples = self._data.part.targets.numel()
         self._judged: dict[Place, Candidate] = {}
+        self._blocks: dict[Place, tuple[float, ...]] = {}
         self._learnable: dict[Place, float] = {}
         self._noise = 0.0
         self.explanations: list[str] = []
@@ -224,11 +228,13 @@ class _Search:
             if noise:  # the lowest level is nearest to white noise
                 self._noise = min(noise, self._noise or noise)
             self._judged[place] = candidate
+            self._blocks[place] = _errors_of_blocks(self._data, candidate)
         return self._judged[place]
 
     def _error(self, place: Place) -> float:
         """Return the validation error of a size, without the noise found so far."""
-        return without_noise(self._candidate(place).error, self._noise)
+        self._candidate(place)
+        return without_noise(float(np.median(self._blocks[place])), self._noise)
 
     def _is_good(self, place: Place) -> bool:
         """Return whether the network has hidden units, and is accurate enough for the search."""
@@ -251,13 +257,24 @@ class _Search:
 
     def _tried(self, place: Place) -> SizeTrial:
         candidate, learnable = self._judged[place], self._learnable.get(place, math.inf)
+        blocks = self._blocks[place]
+        several = len(blocks) > 1
         return SizeTrial(
             self._orders[place[0]],
             candidate.shape.n_units,
             candidate.shape.n_parameters,
-            finite(candidate.error),
+            finite(float(np.median(blocks))),
             finite(learnable),
+            finite(min(blocks)) if several else None,
+            finite(max(blocks)) if several else None,
         )
+
+
+def _errors_of_blocks(data: FitData, candidate: Candidate) -> tuple[float, ...]:
+    """Return the validation error of a network by blocks; infinite if it is unstable."""
+    if not data.problem.measured or not math.isfinite(candidate.error):
+        return (candidate.error,)
+    return data.errors_of_blocks(candidate.shape, candidate.state.best)
 
 
 def _good(candidate: Candidate, noise: float, samples: int) -> bool:

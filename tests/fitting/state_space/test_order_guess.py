@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,26 +24,56 @@ def search(
     with_units: dict[int, float],
     shown: int = 4,
     eigenvalues: bool = False,
+    blocks: Callable[[Any], tuple[float, ...]] | None = None,
 ) -> Any:
-    """A multi-start whose networks have errors by their orders, with any number of units."""
+    """A multi-start whose networks have errors by their orders, with any number of units.
+
+    Those of measured records have errors of blocks by their shape.
+    """
 
     def judge(_multi_start: Any, order: int, units: int) -> Any:
         error = with_units.get(order, 1.0) if units else LINEAR[order]
         shape = SimpleNamespace(n_units=units, n_parameters=order)
-        return SimpleNamespace(error=error, training_error=error, shape=shape)
+        state = SimpleNamespace(best=None)
+        return SimpleNamespace(error=error, training_error=error, shape=shape, state=state)
 
     monkeypatch.setattr(sizes, "judge", judge)
     monkeypatch.setattr(sizes, "noise_in", lambda _found, _validation: 0.0)
     monkeypatch.setattr(sizes, "still_learnable", lambda _data, found: found.error)
     return SimpleNamespace(
         network=SimpleNamespace(order="auto", hidden="auto"),
-        data=SimpleNamespace(validation=None, part=SimpleNamespace(targets=torch.zeros(9000))),
+        data=SimpleNamespace(
+            validation=None,
+            part=SimpleNamespace(targets=torch.zeros(9000)),
+            problem=SimpleNamespace(measured=blocks is not None),
+            errors_of_blocks=lambda shape, _theta: blocks and blocks(shape),
+        ),
         eigenvalues_known=eigenvalues,
         first_order=lambda: shown,
         highest_order=lambda: 20,
         linear=lambda order: SimpleNamespace(error=LINEAR[order]),
         ledger=SimpleNamespace(plan=lambda _iterations, _part: None),
     )
+
+
+def test_size_that_is_good_on_one_block_of_a_record_alone_is_not_chosen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Six states are lucky on one block of five, which the whole error shows and no median."""
+
+    def blocks(shape: Any) -> tuple[float, ...]:
+        error = LINEAR[shape.n_parameters] if shape.n_units == 0 else 0.05
+        lucky = 0.3 if shape.n_units and shape.n_parameters > 4 else 1.0
+        return (lucky * error, error, error, 1.1 * error, 1.2 * error)
+
+    errors = {4: 0.05, 6: 0.02, 8: 0.05}
+    assert choose_sizes(search(monkeypatch, errors)).order == 6
+    chosen = choose_sizes(search(monkeypatch, errors, blocks=blocks))
+    assert chosen.order == 4
+    tried = {(one.order, one.units): one for one in chosen.tried}
+    six = tried[6, 16]
+    assert six.validation_error == pytest.approx(0.05)
+    assert (six.lowest_error, six.highest_error) == pytest.approx((0.015, 0.06))
 
 
 @pytest.mark.parametrize(("shown", "first"), [(2, 4), (3, 4), (4, 4), (6, 4), (7, 4), (1, 3)])

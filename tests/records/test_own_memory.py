@@ -1,0 +1,82 @@
+"""An FMU that does not forget where its records lead it contradicts its card."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slide_fmu.core.scaling import range_scaling
+from slide_fmu.core.window import Window
+from slide_fmu.features.differences import Differences
+from slide_fmu.features.feature_map import FeatureMap
+from slide_fmu.memory.stability import UnstableSurrogateError
+from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.records.own_memory import effect_of_restarts, require_own_memory
+from slide_fmu.surrogate.surrogate import Surrogate
+from tests.memory.small_cells import scalar_cell
+from tests.own_records import write_record
+from tests.records.test_segments import recipe_of, source_of
+from tests.refusals import refused
+
+CARD = 0.07
+
+
+def validation_of(folder: Path, pole: float, effect: float, error: float = CARD) -> Any:
+    """A validation of x -> pole x + 5 u + effect tanh(x), whose card prints this error."""
+    recipe = recipe_of(write_record(folder / "bench.csv"))
+    source = source_of(recipe)
+    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
+    cell = scalar_cell(pole, gain=5.0, effect=effect)
+    network = StateSpace(cell, window.n_in, window.n_out, FeatureMap(Differences(1)))
+    scalings = range_scaling(source.inputs), range_scaling(source.outputs)
+    surrogate = Surrogate("bench", window, source.inputs, source.outputs, *scalings, network)
+    size = float(surrogate.predict_newest(source.pieces[0].trajectory.inputs).std())
+    output = SimpleNamespace(name="travel", relative_rmse=error, rms_reference_about_mean=size)
+    figures = SimpleNamespace(outputs=(output,))
+    return SimpleNamespace(surrogate=surrogate, recipe=recipe, figures=lambda: figures)
+
+
+def test_network_that_forgets_agrees_with_its_card(tmp_path: Path) -> None:
+    found = validation_of(tmp_path, 0.9, 0.05, error=1e-4)
+    source = source_of(found.recipe)
+    effects = effect_of_restarts(source, found)
+    assert effects is not None
+    assert effects.shape == (2, 1)
+    assert effects.max() < 1e-4
+    require_own_memory(source, found)
+
+
+def test_network_of_a_long_memory_is_refused_with_the_figures_of_both(tmp_path: Path) -> None:
+    """After 240 samples 0.3 is left of what was before."""
+    found = validation_of(tmp_path, 0.995, 0.0)
+    source = source_of(found.recipe)
+    effects = effect_of_restarts(source, found)
+    assert effects is not None
+    assert effects.max() > 3 * CARD
+    own, inputs = found.surrogate, source.pieces[0].trajectory.inputs
+    size = found.figures().outputs[0].rms_reference_about_mean
+    apart = own.predict(inputs) - own.predict_newest(inputs)
+    assert effects[1, 0] == pytest.approx(float(np.sqrt(np.mean(apart**2))) / size)
+    with refused(
+        UnstableSurrogateError, "error of 7 %, but", "truncation error is", "raise window.n_in"
+    ):
+        require_own_memory(source, found)
+
+
+def test_effect_below_twice_the_error_contradicts_nothing(tmp_path: Path) -> None:
+    found = validation_of(tmp_path, 0.995, 0.0)
+    effects = effect_of_restarts(source_of(found.recipe), found)
+    assert effects is not None
+    poor = validation_of(tmp_path, 0.995, 0.0, error=0.51 * float(effects.max()))
+    require_own_memory(source_of(poor.recipe), poor)
+
+
+def test_user_may_allow_it(tmp_path: Path) -> None:
+    found = validation_of(tmp_path, 0.995, 0.0)
+    allowed = found.recipe.stability.model_copy(update={"allow_unstable": True})
+    found.recipe = found.recipe.model_copy(update={"stability": allowed})
+    require_own_memory(source_of(found.recipe), found)

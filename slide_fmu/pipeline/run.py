@@ -39,6 +39,7 @@ from slide_fmu.recipe.quick import REMARK
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
+from slide_fmu.report.quality import require_motion
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
 from slide_fmu.report.step_chart import step_charts
@@ -151,6 +152,7 @@ def measure_trained(
 
     Raises:
         CoSimulationError: an FMU reports an error, or differs from its surrogate.
+        QualityError: the surrogate predicts a constant.
         UnstableSurrogateError: the surrogate grows without bound, does not forget its state, or
             contradicts its measured error.
     """
@@ -162,6 +164,7 @@ def measure_trained(
         require_same_answers(bare)
         validations, remarks = _validations(bare, surrogate, job, wanted, workers)
         in_range = validations[IN_RANGE]
+        require_motion(in_range)
         require_own_memory(job.case.source, in_range)
         attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
         rows = rows_of(bare, validations, job.case, in_range.usual_error(), job.bar, attacks)

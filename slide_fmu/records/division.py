@@ -87,7 +87,8 @@ class Block:
 
     It has the inputs from ``start`` to ``stop`` (excluded) of the piece's trajectory, and the
     outputs from ``start`` to ``stop`` (included). Scored are the outputs that follow the inputs
-    from ``scored`` on: ``outputs[scored + 1]`` to ``outputs[stop]``.
+    from ``scored`` on: ``outputs[scored + 1]`` to ``outputs[stop]``. A negative ``start`` lies
+    before a piece that begins at rest, where inputs and outputs are those at rest.
 
     Attributes:
         piece: index of the piece.
@@ -101,12 +102,13 @@ class Block:
 
     def cut(self, pieces: Sequence[Piece]) -> Trajectory:
         """Return the block as a trajectory of its own; its lead has ``scored - start`` samples."""
-        whole = pieces[self.piece].trajectory
-        return Trajectory(
-            whole.step,
-            whole.inputs[self.start : self.stop],
-            whole.outputs[self.start : self.stop + 1],
-        )
+        piece, first = pieces[self.piece], max(0, self.start)
+        whole = piece.trajectory
+        inputs, outputs = whole.inputs[first : self.stop], whole.outputs[first : self.stop + 1]
+        if piece.rest is not None and self.start < 0:
+            inputs = np.concatenate([np.tile(piece.rest, (-self.start, 1)), inputs])
+            outputs = np.concatenate([np.tile(outputs[0], (-self.start, 1)), outputs])
+        return Trajectory(whole.step, inputs, outputs)
 
 
 Split = dict[str, tuple[Block, ...]]
@@ -135,7 +137,8 @@ def split_pieces(
     part_of_sample = _parts(numbers, records, splitting)
     split: dict[str, list[Block]] = {name: [] for name in splitting.shares}
     for index, own in enumerate(np.split(part_of_sample, np.cumsum(lengths)[:-1])):
-        for part, block in _blocks(index, own, splitting.lead):
+        known = 0 if pieces[index].rest is None else splitting.lead
+        for part, block in _blocks(index, own, splitting.lead, known):
             split[list(split)[part]].append(block)
     for name, blocks in split.items():
         scored = sum(block.stop - block.scored for block in blocks)
@@ -210,11 +213,13 @@ def _shared_out(groups: NDArray[np.intp], shares: FloatArray) -> NDArray[np.intp
     return np.searchsorted(cuts[1:], groups, side="right")
 
 
-def _blocks(piece: int, parts: NDArray[np.intp], lead: int) -> list[tuple[int, Block]]:
+def _blocks(
+    piece: int, parts: NDArray[np.intp], lead: int, known: int = 0
+) -> list[tuple[int, Block]]:
     """Cut one piece, whose samples are of these parts, shape (N,), into blocks with their leads.
 
     The lead lies before the block, where samples belong to this part or to earlier parts; else
-    fewer samples are scored.
+    fewer samples are scored. So many samples are ``known`` before the piece.
     """
     blocks = []
     parts = _smoothed(parts)
@@ -222,7 +227,9 @@ def _blocks(piece: int, parts: NDArray[np.intp], lead: int) -> list[tuple[int, B
     for begin, end in pairwise(edges):
         part = int(parts[begin])
         later = np.flatnonzero(parts[max(0, begin - lead) : begin] > part)
-        start = max(0, begin - lead) + (int(later[-1]) + 1 if len(later) else 0)
+        start = max(-known, begin - lead)
+        if len(later):
+            start = max(0, begin - lead) + int(later[-1]) + 1
         if start + lead < end:
             blocks.append((part, Block(piece, start, start + lead, end)))
     return blocks

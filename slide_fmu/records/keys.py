@@ -14,7 +14,9 @@ from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.records.preparation import Pairing
 from slide_fmu.systems.declared import Parameter, require_known
 
-KEYS = ("time", "sample_step", "pairing", "missing", "fill")
+REST = "rest"
+"""The only value of the key ``start``."""
+KEYS = ("time", "sample_step", "pairing", "missing", "fill", "start")
 """Keys of ``system.parameters`` for records, as ``RecordKeys`` explains them."""
 
 
@@ -28,6 +30,7 @@ class RecordKeys:
         pairing: the output that answers an input; None where it follows from the hold of inputs.
         missing: numbers that stand for missing values.
         fill: up to this many missing samples in a row are filled; 0 for none.
+        rest: whether every file begins at rest (``start = "rest"``).
     """
 
     time: str | None = None
@@ -35,6 +38,7 @@ class RecordKeys:
     pairing: Pairing | None = None
     missing: tuple[float, ...] = ()
     fill: int = 0
+    rest: bool = False
 
     @classmethod
     def of(cls, parameters: Mapping[str, Parameter], label: str) -> RecordKeys:
@@ -47,6 +51,7 @@ class RecordKeys:
         require_known(label, parameters, KEYS)
         time, pairing = parameters.get("time"), parameters.get("pairing")
         step, fill = parameters.get("sample_step"), parameters.get("fill", 0)
+        start = parameters.get("start")
         if time is not None and not isinstance(time, str):
             raise _wrong(label, "time", time, "the name of the column of times")
         if step is not None and not (_is_number(step) and 0 < float(step) < math.inf):
@@ -59,12 +64,16 @@ class RecordKeys:
             raise _wrong(
                 label, "fill", fill, "the most missing samples in a row that are filled, a number"
             )
+        if start not in (None, REST):
+            expected = f"{REST!r} where every file begins at rest; else remove the key"
+            raise _wrong(label, "start", start, expected)
         return cls(
             time,
             None if step is None else float(step),
             cast("Pairing | None", pairing),
             _numbers(parameters.get("missing", ""), label),
             fill,
+            start == REST,
         )
 
     def read(

@@ -130,8 +130,9 @@ def _prepared(
         for what, tables in (("input", specification.inputs), ("output", specification.outputs))
     )
     hold = hold_of(inputs)
-    pairing = _keys(specification).pairing or PAIRINGS[hold]
-    preparation = Preparation(*names, specification.sample_step(), hold, pairing)
+    keys = _keys(specification)
+    pairing, step = keys.pairing or PAIRINGS[hold], specification.sample_step()
+    preparation = Preparation(*names, step, hold, pairing, rest=keys.rest)
     findings = examine(records, *names)
     require_sound(findings)
     whole = [filled(record, *names, hold) for record in records]

@@ -12,6 +12,7 @@ from slide_fmu.core.signals import FloatArray, Hold, Trajectory
 from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 from slide_fmu.records.clock import Clock, clock_of_record, neat_step
 from slide_fmu.records.resampling import LONGER, Resampling, plan_resampling, resampled
+from slide_fmu.records.rest import begins_at_rest, begins_in_motion, resting_samples
 
 Pairing = Literal["same", "later"]
 """The pairing names the output that answers an input, of samples u[k], y[k] measured together.
@@ -32,6 +33,7 @@ class Preparation:
         hold: hold of the inputs between samples.
         pairing: the output that answers an input.
         least: pieces with fewer samples are left out.
+        rest: whether files begin at rest; a piece behind a gap does so where it shows it.
 
     Raises:
         RecordError: a column is missing or named twice, or a number is out of range.
@@ -43,6 +45,7 @@ class Preparation:
     hold: Hold = "first_order"
     pairing: Pairing = "same"
     least: int = 2
+    rest: bool = False
 
     def __post_init__(self) -> None:
         names = (*self.inputs, *self.outputs)
@@ -70,11 +73,14 @@ class Piece:
         trajectory: inputs (N - 1, n_inputs), outputs (N, n_outputs), in the record's units.
         record: index of the record.
         start: time of the first output in the record, in s.
+        rest: inputs before it, (n_inputs,), if it begins at rest, so that its first outputs were
+            there before; None if it may begin in motion.
     """
 
     trajectory: Trajectory
     record: int
     start: float
+    rest: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +103,8 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> PreparedRec
     a record that is resampled is cut there too, since missing values are not interpolated.
 
     Raises:
-        RecordError: a record lacks a column, its time does not rise, or no piece is left.
+        RecordError: a record lacks a column, its time does not rise, no piece is left, or a record
+            that shall begin at rest does not.
     """
     clocks = [_sound_clock(record) for record in records]
     step = preparation.step or neat_step(clocks[0], clocks[0].longest(len(records[0].time)))
@@ -179,7 +186,26 @@ def _piece(
         return None
     outputs = np.where(np.isfinite(outputs), outputs, np.nan)
     start = float(time[0]) + plan.edge * plan.step
-    return Piece(_paired(inputs, outputs, plan.step, preparation.pairing), index, start)
+    at_rest = preparation.rest and _is_at_rest(record, ends[0] == 0, inputs, outputs)
+    paired = _paired(inputs, outputs, plan.step, preparation.pairing)
+    return Piece(paired, index, start, inputs[0] if at_rest else None)
+
+
+def _is_at_rest(record: Record, first: bool, inputs: FloatArray, outputs: FloatArray) -> bool:
+    """Tell whether a piece begins at rest: the first one of a file, if it does not show otherwise.
+
+    Raises:
+        RecordError: a file begins in motion.
+    """
+    if not first:
+        return begins_at_rest(inputs, outputs)
+    if begins_in_motion(inputs, outputs):
+        raise RecordError(
+            f"{record.path}: outputs move in the first {resting_samples(inputs)} samples, before "
+            'the inputs do; expected outputs at rest, since the recipe says start = "rest" '
+            "(system.parameters): remove this key, or let the file begin later or earlier"
+        )
+    return True
 
 
 def _paired(inputs: FloatArray, outputs: FloatArray, step: float, pairing: Pairing) -> Trajectory:

@@ -28,12 +28,13 @@ from slide_fmu.records.clock import clock_of, neat_step
 from slide_fmu.records.division import By
 from slide_fmu.records.filling import filled
 from slide_fmu.records.findings import Finding, examine, messages
-from slide_fmu.records.keys import RecordKeys
+from slide_fmu.records.keys import REST, RecordKeys
 from slide_fmu.records.model import HOLD, PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_piece
 from slide_fmu.records.recipe_text import Mend, RecordDraft, record_recipe_text
 from slide_fmu.records.repeats import same_inputs
+from slide_fmu.records.rest import begins_at_rest
 from slide_fmu.records.rules import KIND
 from slide_fmu.records.sizing import NoWindowError, with_fitting_window
 from slide_fmu.systems.declared import Parameter, SignalTable
@@ -269,6 +270,12 @@ def _draft(
     if acts.pairing != PAIRINGS[acts.hold]:
         parameters = {"pairing": acts.pairing, **parameters}
     remarks: list[str] = []
+    if all(_rests(record, names) for record in records):
+        parameters = {**parameters, "start": REST}
+        remarks.append(
+            'every file begins at rest, so that the recipe says start = "rest": no sample is lost '
+            "as a lead before its first one; remove the key if the machine moved before"
+        )
     inputs = tuple(_signal(records, n, options.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     _require_different((*names[0], *names[1]), (*inputs, *outputs))
@@ -314,6 +321,14 @@ def _step(options: RecordOptions, record: Record) -> tuple[float, str]:
         return 1.0, "The times of the first file do not say the step: write it in s."
     clock = clock_of(times)
     return neat_step(clock, clock.longest(len(times))), "The sample step in s of the first file."
+
+
+def _rests(record: Record, names: tuple[tuple[str, ...], tuple[str, ...]]) -> bool:
+    """Tell whether a record shows that it begins at rest."""
+    inputs, outputs = (record.chosen(columns) for columns in names)
+    gaps = np.flatnonzero(~np.isfinite(inputs).all(axis=1))
+    whole = slice(0, int(gaps[0]) if len(gaps) else None)
+    return len(inputs[whole]) > 0 and begins_at_rest(inputs[whole], outputs[whole])
 
 
 class InputBehaviour(NamedTuple):

@@ -195,7 +195,11 @@ def _behind_no_lead(recipe: Recipe, source: MeasuredRecords) -> str | None:
     """Say which pieces are too short to be scored; None if no piece is."""
     lead = recipe.window.n_in - recipe.window.n_out
     lengths = [len(piece.trajectory.inputs) for piece in source.pieces]
-    short = [length for length in lengths if length <= lead]
+    short = [
+        length
+        for length, piece in zip(lengths, source.pieces, strict=True)
+        if length <= lead and piece.rest is None
+    ]
     if not short:
         return None
     return (

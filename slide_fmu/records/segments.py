@@ -82,7 +82,8 @@ def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
     """Return the blocks on which an FMU is measured, each with a lead of one window at most."""
     unseen = []
     for block in scored_parts(recipe, source)["test"]:
-        start = max(0, block.scored - recipe.window.n_in)
+        known = 0 if source.pieces[block.piece].rest is None else recipe.window.n_in
+        start = max(-known, block.scored - recipe.window.n_in)
         whole = Block(block.piece, start, block.scored, block.stop)
         unseen.append(_segment(recipe, source, whole))
     return unseen

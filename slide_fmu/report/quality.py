@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from slide_fmu.core.measures import percent
+from slide_fmu.core.units import behind
 from slide_fmu.fitting.history import History, SizeTrial
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.validation.error_figures import ValidationFigures
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import FAR_OFF
 from slide_fmu.validation.task import IN_RANGE
 
@@ -23,14 +27,43 @@ Measured = Mapping[str, ValidationFigures]
 """Figures by the name of the validation."""
 
 
+FLAT = 0.02
+"""A surrogate predicts a constant where its output moves by less than this part of what it should
+follow. The best constant is off by the whole motion, however small the error on a scale is."""
+
+
 class QualityError(ValueError):
-    """A surrogate is less accurate than its recipe requires (``validation.require``)."""
+    """A surrogate is less accurate than its recipe requires, or predicts a constant."""
 
 
 REMEDY = (
     "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "
     "a longer training"
 )
+
+
+def require_motion(in_range: Validation) -> None:
+    """Refuse a surrogate that predicts a constant where its reference moves.
+
+    Raises:
+        QualityError: the message names the outputs, and the remedy.
+    """
+    given = np.concatenate([c.surrogate for c in in_range.comparisons])
+    truth = np.concatenate([c.reference for c in in_range.comparisons])
+    moves, wanted = given.std(axis=0), truth.std(axis=0)
+    flat = [
+        f"output {signal.name!r} stays near {np.mean(given[:, k]):.4g}{behind(signal.unit)}, with "
+        f"a standard deviation of {moves[k]:.3g} where the reference has {wanted[k]:.3g}"
+        for k, signal in enumerate(in_range.surrogate.outputs)
+        if moves[k] < FLAT * wanted[k]
+    ]
+    if flat:
+        raise QualityError(
+            f"surrogate {in_range.recipe.name!r} is not exported, since it predicts a constant: "
+            f"{'; '.join(flat)} on unseen trajectories; expected at least {percent(FLAT)} of it: "
+            f"{REMEDY}. Where a record rests most of the time, cut the rests short, and let its "
+            'files begin at rest (system.parameters start = "rest")'
+        )
 
 
 def require_quality(recipe: Recipe, figures: RunFigures) -> None:

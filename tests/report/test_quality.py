@@ -13,11 +13,13 @@ from slide_fmu.report.quality import (
     linear_size_remark,
     remark_on_error,
     remark_on_training,
+    require_motion,
     require_quality,
 )
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import with_training
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.validation.results import Validation
 from slide_fmu.validation.task import IN_RANGE
 from tests.figures import run_figures
 from tests.fmu.samples import random_surrogate, sum_surrogate
@@ -131,3 +133,18 @@ def test_linear_size_of_the_search_would_do_where_its_error_is_as_small() -> Non
     assert "order 4 has an error 1.1 times" in remark
     assert linear_size_remark(sizes, 0.09) is None
     assert linear_size_remark([], 0.1) is None
+
+
+def test_surrogate_that_predicts_a_constant_is_refused(finer: Validation) -> None:
+    require_motion(finer)
+    still = replace(
+        finer,
+        comparisons=tuple(
+            replace(one, surrogate=0.019 * one.reference + 0.5) for one in finer.comparisons
+        ),
+    )
+    words = "is not exported", "output 'position' stays near 0.5", "expected at least 2 %"
+    with refused(QualityError, *words):
+        require_motion(still)
+    slow = [replace(one, surrogate=0.021 * one.reference) for one in finer.comparisons]
+    require_motion(replace(finer, comparisons=tuple(slow)))

@@ -1,0 +1,64 @@
+"""A record may begin at rest: then what was before its first sample is known.
+
+A window before the record has the inputs at rest, and outputs stay at their first values. So no
+samples are lost as a lead, and motions can be learnt that are shorter than a machine's memory.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slide_fmu.core.signals import FloatArray
+
+LEAST = 5
+"""Fewer samples before the first move show no rest."""
+STILL = 0.01
+"""Inputs rest while they stay within this part of their range about the first one. Outputs rest if
+they deviate, beside their noise, by at most this part of their standard deviation."""
+NOISE = 2.0
+"""Outputs at rest deviate by at most this multiple of the noise that their differences show."""
+
+
+def resting_samples(inputs: FloatArray) -> int:
+    """Return how many first samples of inputs, (N, n_inputs), do not move."""
+    size = STILL * np.maximum(np.ptp(inputs, axis=0), np.finfo(np.float64).tiny)
+    moved = np.flatnonzero(np.any(np.abs(inputs - inputs[0]) > size, axis=1))
+    return int(moved[0]) if len(moved) else len(inputs)
+
+
+def are_still(outputs: FloatArray, count: int) -> bool:
+    """Tell whether the first ``count`` samples of outputs, (N, n_outputs), rest.
+
+    Noise is allowed, drift is not. Missing values (NaN) are left out.
+    """
+    for column in outputs.T:
+        known = column[np.isfinite(column)]
+        first = column[:count][np.isfinite(column[:count])]
+        if len(first) < LEAST:
+            return False
+        noise = float(np.std(np.diff(first)) / np.sqrt(2.0))
+        drift = abs(float(first[len(first) // 2 :].mean() - first[: len(first) // 2].mean()))
+        own = STILL * float(known.std())
+        if np.std(first) > NOISE * noise + own or drift > 4.0 * noise / np.sqrt(len(first)) + own:
+            return False
+    return True
+
+
+def begins_at_rest(inputs: FloatArray, outputs: FloatArray) -> bool:
+    """Tell whether a record shows that it begins at rest: inputs and outputs are constant first.
+
+    Args:
+        inputs: shape (N, n_inputs), without gaps.
+        outputs: shape (N, n_outputs), measured at the same samples; NaN where unknown.
+    """
+    count = resting_samples(inputs)
+    return count >= LEAST and are_still(outputs, count)
+
+
+def begins_in_motion(inputs: FloatArray, outputs: FloatArray) -> bool:
+    """Tell whether a record shows that it does not begin at rest: outputs move before inputs do.
+
+    Where the first input moves at once, nothing is shown. Arguments are as for ``begins_at_rest``.
+    """
+    count = resting_samples(inputs)
+    return count >= LEAST and not are_still(outputs, count)

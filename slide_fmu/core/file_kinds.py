@@ -41,6 +41,8 @@ RECORD_FORMATS: dict[str, str] = {
     ".hdf5": "HDF5",
     ".hdf": "HDF5",
     ".mat": "MAT",
+    ".npy": "NumPy",
+    ".npz": "NumPy",
 }
 """Formats of measured records by suffix, in lower case."""
 

@@ -32,12 +32,12 @@ value, as an FMU does."""
 class Recorded(Kind):
     """The inputs come from a file: each trajectory takes a part of it with a random start.
 
-    The file is CSV, Parquet, HDF5 or MAT. One column is the time, which rises, at any clock; the
-    others are inputs, in their units. Between samples an input moves linearly, or is held if it
-    has a zero-order hold. Before the file inputs rest at their first values. A trajectory longer
-    than the file goes through it forwards, then backwards, so that nothing jumps. Values beyond an
-    input's range are clipped to its ends; ``try`` and ``run`` say how many. CSV, too, needs the
-    extra ``records``.
+    The file is CSV, Parquet, HDF5, MAT or NumPy. One column is the time, which rises, at any
+    clock; the others are inputs, in their units. Between samples an input moves linearly, or is
+    held if it has a zero-order hold. Before the file inputs rest at their first values. A
+    trajectory longer than the file goes through it forwards, then backwards, so that nothing
+    jumps. Values beyond an input's range are clipped to its ends; ``try`` and ``run`` say how
+    many. CSV, too, needs the extra ``records``.
 
     Attributes:
         path: the file, relative to the current folder or to the folder of the recipe.

@@ -1,10 +1,11 @@
-"""This module reads records of files that hold named arrays: HDF5, and MAT of any version.
+"""This module reads records of files that hold arrays: HDF5, MAT of any version, NPY and NPZ.
 
 MAT files from version 7.3 on are HDF5 files.
 """
 
 from __future__ import annotations
 
+import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.modelica_file import is_result, read_result
 from slide_fmu.record_files.record import RecordError, Text
 from slide_fmu.record_files.table import Choice, RecordTable, library
 
@@ -167,8 +169,9 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 def read_mat(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of a MAT file: variables, and the fields of structures.
 
-    The field ``road`` of a structure ``data`` is the column ``data.road``, and fields of
-    nested structures are columns too. The whole file is read into memory.
+    Result files of Modelica tools are read as such. The field ``road`` of a structure ``data`` is
+    the column ``data.road``, and fields of nested structures are columns too. The whole file is
+    read into memory.
 
     Raises:
         RecordError: the file is no MAT file, lacks a column, or has too many samples.
@@ -184,6 +187,8 @@ def read_mat(path: Path, choice: Choice) -> RecordTable:
         shapes = [shape for _, shape, kind in whosmat(str(path)) if kind in NUMERIC]
         longest = max((max(shape, default=0) for shape in shapes), default=0)
         numbers = sum(int(np.prod(shape)) for shape in shapes)
+        if is_result([name for name, _, _ in whosmat(str(path))]):
+            return read_result(loadmat(str(path), chars_as_strings=False), choice)
         choice.require_room(longest, numbers // max(1, longest))
         return table_of(_columns(loadmat(str(path))), choice)
     except RecordError:
@@ -192,6 +197,31 @@ def read_mat(path: Path, choice: Choice) -> RecordTable:
         raise RecordError(
             f"{choice.path}: {error}; expected a MAT file that is whole: write it again"
         ) from error
+
+
+def read_npy(path: Path, choice: Choice) -> RecordTable:
+    """Read the wanted columns of an NPY or NPZ file.
+
+    Fields of a structured array have their names, arrays of an NPZ file too. The columns of an
+    array without names are ``column_1``, ``column_2``, ...
+
+    Raises:
+        RecordError: the file is none of numpy, has objects, lacks a column, or has too many
+            samples.
+    """
+    try:
+        with path.open("rb") as file:
+            loaded = np.load(file, allow_pickle=False)
+            arrays = {"column": loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
+        fields = arrays["column"].dtype.names if isinstance(loaded, np.ndarray) else None
+        if fields:
+            arrays = {field: loaded[field] for field in fields}
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise RecordError(
+            f"{choice.path}: {error}; expected a file of numpy that is whole, with numbers: write "
+            "it again"
+        ) from error
+    return table_of(_columns(arrays), choice)
 
 
 def _columns(variables: Mapping[str, Any], structure: str = "") -> dict[str, Column]:

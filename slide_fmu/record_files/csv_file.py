@@ -1,33 +1,35 @@
-"""This module finds the format of a text file, and reads its record with pandas in chunks."""
+"""This module guesses the format of a text file, and reads its record with pandas in chunks.
+
+Keys of the user take the place of each guess: separator, decimal sign, and line of the names.
+"""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.record_files.dates import Kind, is_time_text, joined, kind_of, seconds_of
 from slide_fmu.record_files.record import RecordError, Text
 from slide_fmu.record_files.table import (
-    DATE,
+    HEADER,
     INDEX,
-    UNIT,
+    SECONDS,
     Choice,
     RecordTable,
+    TextForm,
+    is_time,
     library,
-    may_be_time,
+    name_and_unit,
     named,
-    numbers_or_dates,
-    seconds,
+    numbers,
     text_among,
 )
 
@@ -35,16 +37,16 @@ CHUNK = 1_000_000
 """Number of values that are read at a time."""
 
 HEAD = 1024 * 1024
-"""Number of bytes from which the format of the file is found."""
+"""Number of bytes from which the format of the file is guessed."""
 
 LOOKED_AT = 50
-"""Largest number of lines from which separator, names and columns of dates are found."""
+"""Largest number of lines from which separator, names and columns of dates are guessed."""
 
 BLANKS = r"\s+"
 """Pattern of blanks as a separator, as pandas takes it."""
 
-SEPARATORS = (";", "\t", ",", "|", BLANKS)
-"""Separators that are tried, in this order."""
+SEPARATORS = (";", "\t", "|", ",")
+"""Separators that are tried in this order; blanks separate where none is in most lines."""
 
 VALUES = {
     sign: re.compile(
@@ -56,6 +58,9 @@ VALUES = {
 }
 """Pattern of a value by its decimal sign: a number, or a mark of a missing one."""
 
+DECIMALS = {sign: re.compile(rf"[-+]?\d*[{sign}]\d+([eE][-+]?\d+)?") for sign in ".,"}
+"""Pattern of a number with decimals, by their sign."""
+
 GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 """Pattern of a number whose comma may group thousands, or stand before the decimals."""
 
@@ -63,7 +68,13 @@ MISSING = ("na", "none")
 """Words for a missing number, in addition to the ones that pandas knows."""
 
 ROW = 1 / 3
-"""More than this part of the fields of a row of samples are numbers or dates."""
+"""More than this part of the fields of a row of samples are numbers or times."""
+
+FORM = (
+    "correct the file, or say how it is written: --read separator=SIGN, decimal=SIGN or "
+    "header=LINE in slide-fmu init, the same keys in system.parameters of a recipe"
+)
+"""The remedy for files whose format was guessed wrongly."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +86,7 @@ class CsvFormat:
         separator: separator of values, as pandas takes it.
         decimal: sign before the decimals, ``"."`` or ``","``.
         units: units by the names of the columns, in the order of the file; empty if not given.
-        dates: names of the columns in which the first samples have dates.
+        clocks: kinds of the columns in which the first samples have times as texts.
         first_line: line of the first sample; lines are counted from 1.
     """
 
@@ -83,37 +94,38 @@ class CsvFormat:
     separator: str
     decimal: str
     units: dict[str, str]
-    dates: tuple[str, ...]
+    clocks: dict[str, Kind]
     first_line: int
 
 
 def read_csv(path: Path, choice: Choice) -> RecordTable:
     """Read the wanted columns of a text file, whose lines are samples, in chunks.
 
-    Empty lines at its end are left out; an empty line elsewhere is a sample without values. Times
-    may be dates as of ISO 8601, which become seconds since the first of them.
+    Empty lines at its end are left out; an empty line elsewhere is a sample without values. Texts
+    that are dates, times of day or lapses of time become times in s.
 
     Raises:
         RecordError: no header, wrong columns, lines with too many or too few values, or too many
             samples.
     """
-    form = find_format(path, choice)
+    form = guess_format(path, choice)
     pandas = library("pandas", choice.path)
-    kept = choice.kept(form.units)
-    dates = [name for name in form.dates if _may_be_dates(name, form, choice)]
-    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in kept}
+    signals = set(choice.names or ()) - {choice.time}
+    clocks = {name: kind for name, kind in form.clocks.items() if name not in signals}
+    kept = choice.kept(form.units, clocks)
+    parts: dict[str, list[Any]] = {name: [] for name in kept}
     texts: dict[str, Text] = {}
     try:
         for samples, chunk in _chunks(pandas, path, form, choice):
             choice.require_room(samples + len(chunk), len(kept), at_least=True)
             for name in kept:
                 raw = chunk[list(form.units).index(name)]
-                values = numbers_or_dates(raw, form.decimal, name in dates)
+                if name in clocks:
+                    parts[name].append(raw)
+                    continue
+                values = numbers(raw, form.decimal)
                 parts[name].append(values)
-                text = text_among(name, raw, values, samples)
-                if text is not None:
-                    first = texts.get(name, replace(text, count=0))
-                    texts[name] = replace(first, count=first.count + text.count)
+                _note(texts, text_among(name, raw, values, samples))
     except pandas.errors.EmptyDataError as error:
         raise RecordError(
             f"{choice.path} has nothing from line {form.first_line} on; expected a line for each "
@@ -122,68 +134,70 @@ def read_csv(path: Path, choice: Choice) -> RecordTable:
     except (pandas.errors.ParserError, UnicodeError) as error:
         raise RecordError(
             f"{choice.path}: {str(error).strip()}; expected {len(form.units)} values in each "
-            "line, as many as there are names: correct the file"
+            f"line, as many as there are names: {FORM}"
         ) from error
-    columns = {name: seconds(np.concatenate(parts[name])) for name in kept}
-    units = {name: "s" if name in dates else form.units[name] for name in kept}
-    return RecordTable(_trimmed(columns, texts), units, tuple(texts.values()), form.first_line)
+    times: dict[str, FloatArray] = {}
+    for name in (name for name in kept if name in clocks):
+        raw = pandas.concat(parts[name], ignore_index=True)
+        times[name] = seconds_of(raw, clocks[name])
+        _note(texts, text_among(name, raw, times[name]))
+    joint = joined(times, clocks)
+    columns = {
+        name: joint[name] if name in joint else np.concatenate(parts[name])
+        for name in kept
+        if name in joint or name not in clocks
+    }
+    units = {name: "s" if name in clocks else form.units[name] for name in columns}
+    return RecordTable(
+        _trimmed(columns, texts), units, tuple(texts.values()), form.first_line, tuple(joint)
+    )
 
 
-def _may_be_dates(name: str, form: CsvFormat, choice: Choice) -> bool:
-    """Tell whether a column of dates may be one of times, and is not wanted as a signal."""
-    is_signal = name in (choice.names or ())
-    return name == choice.time or (not is_signal and may_be_time(name, form.units[name]))
+def _note(texts: dict[str, Text], text: Text | None) -> None:
+    """Add a text of a further chunk to those of its column."""
+    if text is not None:
+        first = texts.get(text.column, replace(text, count=0))
+        texts[text.column] = replace(first, count=first.count + text.count)
 
 
-def find_format(path: Path, choice: Choice) -> CsvFormat:
-    """Find the format of a text file from its first lines.
+def guess_format(path: Path, choice: Choice) -> CsvFormat:
+    """Guess the format of a text file from its first lines, where the choice does not give it.
 
-    The names stand above the first row of samples, perhaps with a line of units between them;
-    lines above the names are titles. The line of names may begin with ``#`` or ``%``. A first
-    column without a name is the index of a table of pandas.
+    The names stand in the last line that has no sample, and in the one above it if it has units:
+    a unit of time below a name of times. Lines above are titles. The line of names may begin with
+    ``#`` or ``%``. A first column without a name is the index of a table of pandas.
 
     Raises:
-        RecordError: there is no header, no number below it, or no certain decimal sign.
+        RecordError: there is no header, or no certain decimal sign.
     """
     encoding, lines = _first_lines(path, choice.path)
-    separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
-    rows = _without_titles([_fields(line.lstrip("#% "), separator) for line in lines], choice)
-    first = _first_row(rows, decimal)
-    above = [k for k in range(first) if any(rows[k])]
-    if not above:
-        raise RecordError(
-            f"{choice.path}, line 1 has {lines[0][:60]!r}; expected the names of the columns: a "
-            "header is required, and no title above it that has as many values"
-        )
-    if separator == decimal:
+    separator, decimal = _signs(lines, choice.form)
+    rows = [_fields(line.lstrip("#% "), separator) for line in lines]
+    names, first = _header(rows, decimal, choice)
+    if separator == decimal and choice.form.decimal is None:
         _require_decimals([field for row in rows[first:] for field in row], choice.path)
-    header, units = rows[above[-1]], []
-    width = len(rows[first]) if first < len(rows) else len(header)
-    if len(above) > 1 and len(rows[above[-2]]) == len(header) == width > 1:
-        header, units = rows[above[-2]], header
-    own_units = named(_completed(header), choice.path)
+    units = rows[names + 1] if first > names + 1 else []
+    own_units = named(_completed(rows[names]), choice.path)
     for column, unit in zip(own_units, units, strict=False):
         own_units[column] = own_units[column] or _bare(unit)
-    looked_at = rows[first : first + LOOKED_AT]
-    dates = [
-        column
-        for index, column in enumerate(own_units)
-        if any(DATE.match(row[index]) for row in looked_at if index < len(row))
-    ]
-    return CsvFormat(encoding, separator, decimal, own_units, tuple(dates), above[-1] + 2)
+    whole = (row for row in rows[first : first + LOOKED_AT] if len(row) >= len(own_units))
+    columns = zip(*whole, strict=False)
+    kinds = {name: kind_of(texts) for name, texts in zip(own_units, columns, strict=False)}
+    clocks = {name: kind for name, kind in kinds.items() if kind is not None}
+    return CsvFormat(encoding, separator, decimal, own_units, clocks, first + 1)
 
 
 def read_fields(path: Path) -> tuple[list[list[str]], str]:
     """Return the fields of all lines of a text file but empty ones, and its decimal sign.
 
-    Separator and sign are found as for records, but names stay as they are written.
+    Separator and sign are guessed as for records, but names stay as they are written.
 
     Raises:
         RecordError: the file has fewer than two lines.
         csv.Error: a field is too long.
     """
     encoding, lines = _first_lines(path, str(path))
-    separator, decimal = _signs([line for line in lines[1:] if line.strip()][-LOOKED_AT:])
+    separator, decimal = _signs(lines, TextForm())
     text = path.read_text(encoding=encoding, errors="replace")
     return [_fields(line, separator) for line in text.splitlines() if line.strip()], decimal
 
@@ -215,22 +229,16 @@ def _encoding(head: bytes) -> str:
     return "utf-8-sig"
 
 
-def _signs(lines: Sequence[str]) -> tuple[str, str]:
-    """Find separator and decimal sign: most fields are values, with equal numbers in all lines."""
-    best, signs = (False, -1.0, 0), (",", ".")
-    for separator in SEPARATORS:
-        rows = [_fields(line, separator) for line in reversed(lines)]  # titles last
-        width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
-        total = max(1, sum(max(width, len(row)) for row in rows))
-        for decimal in ".,":
-            fields = [field for row in rows if len(row) == width for field in row]
-            read = sum(
-                VALUES[decimal].fullmatch(f) is not None or bool(DATE.match(f)) for f in fields
-            )
-            score = (width > 1 and read / total > ROW, round(read / total, 3), width)
-            if score > best:
-                best, signs = score, (separator, decimal)
-    return signs
+def _signs(lines: Sequence[str], form: TextForm) -> tuple[str, str]:
+    """Return separator and decimal sign: those that are given, or else guesses by last lines."""
+    last = [line for line in lines[1:] if line.strip()][-LOOKED_AT:]
+    separator = form.separator or next(
+        (sign for sign in SEPARATORS if 2 * sum(sign in line for line in last) > len(last)), " "
+    )
+    separator = BLANKS if separator.isspace() and separator != "\t" else separator
+    fields = [field for line in last for field in _fields(line, separator)]
+    counts = {sign: sum(map(bool, map(DECIMALS[sign].fullmatch, fields))) for sign in ".,"}
+    return separator, form.decimal or ("," if counts[","] > counts["."] else ".")
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -241,64 +249,53 @@ def _fields(line: str, separator: str) -> list[str]:
     return [field.strip() for field in next(read, [])]
 
 
-def _without_titles(rows: Sequence[list[str]], choice: Choice) -> list[list[str]]:
-    """Empty the lines above the first one that has most of these: all wanted names, and a time."""
-    wanted = {name for name in (*(choice.names or ()), choice.time) if name}
-    scores = [(False, False)] * min(len(rows), LOOKED_AT)
-    for k in range(len(scores)):
-        with suppress(RecordError):  # a line without a name for each column has no names
-            units = named(_completed(rows[k]), choice.path)
-            has_time = not choice.step and any(may_be_time(*column) for column in units.items())
-            scores[k] = bool(wanted) and wanted <= units.keys(), has_time
-    titles = scores.index(max(scores))
-    return [[]] * titles + list(rows[titles:])
+def _header(rows: Sequence[list[str]], decimal: str, choice: Choice) -> tuple[int, int]:
+    """Return the indices of the row of names, and of the first row of samples."""
+    if choice.form.header is not None:
+        names = choice.form.header - 1
+        if not (0 <= names < len(rows) and any(rows[names])):
+            raise RecordError(
+                f"{choice.path} has no names in line {choice.form.header}, the given header; "
+                f"expected the line with the names of the columns: {HEADER}"
+            )
+        below = rows[names + 1] if names + 1 < len(rows) else []
+        has_units = len(below) == len(rows[names]) and not _is_row(below, decimal)
+        return names, names + (2 if has_units else 1)
+    above = [k for k in range(min(len(rows), LOOKED_AT)) if any(rows[k])]
+    above = [k for k in above if not _is_row(rows[k], decimal)]
+    if not above:
+        raise RecordError(
+            f"{choice.path}, line 1 has {' '.join(rows[0])[:60]!r}; expected the names of the "
+            f"columns: a header is required. If the names are numbers: {HEADER}"
+        )
+    last = above[-1]
+    return (last - 1 if _has_units(rows, last) else last), last + 1
+
+
+def _has_units(rows: Sequence[list[str]], row: int) -> bool:
+    """Tell whether a row has units of the names above: a unit of time below a name of times."""
+    if not 0 < row < len(rows) or len(rows[row]) != len(rows[row - 1]):
+        return False
+    pairs = zip(rows[row - 1], map(_bare, rows[row]), strict=True)
+    return any(unit and unit.lower() in SECONDS and is_time(name, unit) for name, unit in pairs)
 
 
 def _require_decimals(fields: Iterable[str], path: str) -> None:
     """Refuse fields within quotes where all commas in numbers may group thousands."""
-    numbers = [one for one in fields if "," in one and VALUES[","].fullmatch(one)]
+    numbers = [one for one in fields if DECIMALS[","].fullmatch(one)]
     if numbers and all(map(GROUPED.fullmatch, numbers)):
         raise RecordError(
             f"{path} has {numbers[0]!r}, whose comma may group thousands, as all others may; "
             "expected at least one that is certainly a decimal sign, as in '0,5': write decimal "
-            "points, and nothing between thousands"
+            "points, and nothing between thousands, or give the key decimal"
         )
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:
-    """Tell whether a line is a sample, by how many of its fields are numbers or dates."""
+    """Tell whether a line is a sample, by how many of its fields are numbers or times."""
     filled = [field for field in fields if field]
-    values = [f for f in filled if VALUES[decimal].fullmatch(f) or DATE.match(f)]
+    values = [f for f in filled if VALUES[decimal].fullmatch(f) or is_time_text(f)]
     return len(values) > ROW * len(filled)
-
-
-def _first_row(rows: Sequence[list[str]], decimal: str) -> int:
-    """Return the index of the first row of samples; the number of rows without one.
-
-    A line with numbers is a title if the next line that is not empty has other fields than it, or
-    if most lines have another number of fields. It holds the names if no line above has as many
-    fields, and a field is a text where the next line has a number, as in ``time,1,2``.
-    """
-    filled = [k for k, row in enumerate(rows) if any(row)]
-    widths = Counter(len(rows[k]) for k in filled)
-    width = max(widths, key=lambda each: widths[each], default=0)
-    for k, following in zip(filled, [*filled[1:], *filled[-1:]], strict=True):
-        is_like = len(rows[following]) == len(rows[k]) or _is_row(rows[following], decimal)
-        # above the names there may be titles of other widths, but no line as wide as samples
-        is_like = is_like and (len(rows[k]) == width or width in map(len, rows[:k]))
-        named_above = any(len(row) == len(rows[k]) for row in rows[:k])
-        is_sample = named_above or not _holds_names(rows[k], rows[following], decimal)
-        if _is_row(rows[k], decimal) and is_like and is_sample:
-            return k
-    return len(rows)
-
-
-def _holds_names(row: list[str], following: list[str], decimal: str) -> bool:
-    """Tell whether a field of a row is a text where the row below has a number or a date."""
-    return any(
-        one and not _is_row([one], decimal) and _is_row([below], decimal)
-        for one, below in zip(row, following, strict=False)
-    )
 
 
 def _completed(header: list[str]) -> list[str]:
@@ -312,8 +309,7 @@ def _completed(header: list[str]) -> list[str]:
 
 def _bare(unit: str) -> str:
     """Return a unit without the brackets around it."""
-    match = UNIT.fullmatch(f"x{unit}")
-    return ((match[2] or match[3] or "") if match else unit).strip()
+    return name_and_unit(f"x {unit}")[1] or unit.strip()
 
 
 def _chunks(pandas: Any, path: Path, form: CsvFormat, choice: Choice) -> Iterator[tuple[int, Any]]:
@@ -368,7 +364,7 @@ def _counts(file: Iterable[str], form: CsvFormat) -> Iterator[int]:
 def _wrong_width(path: str, line: int, count: int, width: int) -> RecordError:
     return RecordError(
         f"{path}, line {line} has {count} values; expected {width} values in each line, as many "
-        "as there are names: correct the file"
+        f"as there are names: {FORM}"
     )
 
 

@@ -90,7 +90,7 @@ class InputTable:
 def read_inputs(
     path: str, signals: Sequence[Signal], columns: Mapping[str, str] | None = None
 ) -> InputTable:
-    """Read the inputs of a system from a file (CSV, Parquet, HDF5 or MAT).
+    """Read the inputs of a system from a file (CSV, Parquet, HDF5, MAT or NumPy).
 
     Args:
         path: the file, from here or from a folder in which modules are looked for.

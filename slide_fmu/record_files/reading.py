@@ -12,7 +12,7 @@ import numpy as np
 from slide_fmu.core.file_kinds import RECORD_FORMATS
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.record_files.array_files import read_hdf5, read_mat
+from slide_fmu.record_files.array_files import read_hdf5, read_mat, read_npy
 from slide_fmu.record_files.csv_file import read_csv
 from slide_fmu.record_files.parquet_file import read_parquet
 from slide_fmu.record_files.record import NoTimesError, Record, RecordError, shortened
@@ -21,8 +21,9 @@ from slide_fmu.record_files.table import (
     SECONDS,
     Choice,
     RecordTable,
+    TextForm,
     counts_samples,
-    in_seconds,
+    epoch_of,
     is_time,
     rises,
     unit_of_times,
@@ -33,6 +34,7 @@ READERS: dict[str, Callable[[Path, Choice], RecordTable]] = {
     "Parquet": read_parquet,
     "HDF5": read_hdf5,
     "MAT": read_mat,
+    "NumPy": read_npy,
 }
 """Readers by format (``RECORD_FORMATS``)."""
 
@@ -58,12 +60,14 @@ def read_records(
     time: str | None = None,
     step: float | None = None,
     most: int = MOST_NUMBERS,
+    form: TextForm | None = None,
+    time_unit: str = "",
 ) -> tuple[Record, ...]:
     """Read records of the same columns, which may differ in length, each from a file.
 
     Args:
-        paths: CSV, Parquet, HDF5 or MAT files, from here or from a folder in which modules are
-            looked for.
+        paths: files of the known formats (``RECORD_FORMATS``), from here or from a folder in which
+            modules are looked for.
         names: wanted columns, which are not times even if their names suggest it; None for all.
             Other columns are not kept in memory.
         others: whether all other columns are wanted too.
@@ -71,6 +75,8 @@ def read_records(
             falls often does not count as times if there is another one.
         step: sample step in s, where the files have no times, or their times are not to be used.
         most: number of samples times columns that are read at most, of all files together.
+        form: how text files are written; guessed where None.
+        time_unit: unit of times that have none.
 
     Raises:
         RecordError: a file is missing, of an unknown format, malformed or too large, lacks a
@@ -85,7 +91,9 @@ def read_records(
                 f"{path}: step = {step} s with the time column {time!r}; expected a positive, "
                 "finite step without a time column, or a time column alone"
             )
-        record = _read(Choice(path, wanted, others, time, step is not None, most), step)
+        with_step, form = step is not None, form or TextForm()
+        choice = Choice(path, wanted, others, time, with_step, most, form, time_unit)
+        record = _read(choice, step)
         most = max(0, most - len(record.time) * (1 + len(record.columns)))
         for other in records:
             _require_another(other, record)
@@ -143,7 +151,7 @@ def _with_time(table: RecordTable, choice: Choice, step: float | None, digest: s
         clock_is_chosen=choice.time is not None,
         texts=texts,
         first_line=table.first_line,
-        clock_unit="s" if clock is None else unit_of_times(clock, table.units[clock]),
+        clock_unit="s" if clock is None else _clock_unit(table, clock, choice),
     )
 
 
@@ -151,16 +159,21 @@ def _clocks(table: RecordTable, choice: Choice) -> dict[str, FloatArray]:
     """Return the columns of times, in s, by name; at least one unless the step is given."""
     clocks: dict[str, FloatArray] = {}
     for name, values in table.columns.items():
-        unit = table.units[name]
-        if name == choice.time or (is_time(name, unit) and name not in (choice.names or ())):
-            clocks[name] = in_seconds(name, _unit(unit, name, choice), values)
+        if name not in (choice.time, *table.clocks) and counts_samples(name, values):
+            continue
+        by_name = is_time(name, table.units[name]) and name not in (choice.names or ())
+        if name == choice.time or name in table.clocks or by_name:
+            unit = _clock_unit(table, name, choice)
+            since = values - values[0] if epoch_of(values) and len(values) else values
+            clocks[name] = since * SECONDS[unit]
     rising = {name: times for name, times in clocks.items() if name == choice.time or rises(times)}
     if rising or choice.step:
         return rising
     if not clocks:
         raise NoTimesError(
             f"{choice.path} has no column of times among {shortened(table.columns)}; expected one "
-            "named time, t or the like: name it with time, or give the step"
+            "named time, t or the like, or with dates or times of day: name it with time, or give "
+            "the step"
         )
     return clocks
 
@@ -175,14 +188,22 @@ def _signals(table: RecordTable, choice: Choice, clocks: dict[str, FloatArray]) 
     return [name for name in table.columns if name in others or name in (choice.names or ())]
 
 
-def _unit(unit: str, name: str, choice: Choice) -> str:
-    """Return the unit of times, if it is a unit of time."""
+def _clock_unit(table: RecordTable, name: str, choice: Choice) -> str:
+    """Return the unit of a column of times: its own, the given one, that of times since 1970.
+
+    It is empty where nothing tells it.
+
+    Raises:
+        RecordError: the unit is none of time.
+    """
+    unit = table.units[name]
     if unit.lower() not in SECONDS:
         raise RecordError(
             f"{choice.path}: time {name!r} has the unit {unit!r}; expected one of "
             f"{[known for known in SECONDS if known]}: name another column"
         )
-    return unit
+    known = unit_of_times(name, unit) or choice.time_unit
+    return known or epoch_of(table.columns[name])
 
 
 def _require_samples(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import MissingColumnsError, RecordError, Text
@@ -27,12 +26,29 @@ class RecordTable:
         units: units by name; empty where the file has none.
         texts: texts in place of numbers; they are NaN in the columns.
         first_line: line of the first sample in the file; 0 where the file has no lines.
+        clocks: columns that are times by their content, in s.
     """
 
     columns: dict[str, FloatArray]
     units: dict[str, str]
     texts: tuple[Text, ...] = field(default=())
     first_line: int = 0
+    clocks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class TextForm:
+    """A TextForm says how a text file is written, as far as the user knows; None is guessed.
+
+    Attributes:
+        separator: what separates values; a blank stands for any number of blanks.
+        decimal: the sign before decimals, ``"."`` or ``","``.
+        header: the line with the names of the columns, counted from 1.
+    """
+
+    separator: str | None = None
+    decimal: str | None = None
+    header: int | None = None
 
 
 @dataclass(frozen=True)
@@ -46,6 +62,8 @@ class Choice:
         time: name of the column of times; None where it is to be found.
         step: whether the step is given, so that no column of times is needed.
         most: number of samples times columns that are read at most.
+        form: how a text file is written.
+        time_unit: unit of times that have none; empty where it is to be found.
     """
 
     path: str
@@ -54,19 +72,22 @@ class Choice:
     time: str | None = None
     step: bool = False
     most: int = MOST_NUMBERS
+    form: TextForm = field(default_factory=TextForm)
+    time_unit: str = ""
 
     @property
     def all(self) -> bool:
         """Tell whether all columns are wanted."""
         return self.names is None or self.others
 
-    def kept(self, units: dict[str, str]) -> list[str]:
+    def kept(self, units: dict[str, str], clocks: Container[str] = ()) -> list[str]:
         """Give the columns to read, in the order of the file, of all that it has.
 
         Those are the wanted ones, and those that may be times.
 
         Args:
             units: units of all columns by their names.
+            clocks: columns that are times by their content.
 
         Raises:
             RecordError: a column that is wanted is not there.
@@ -80,7 +101,7 @@ class Choice:
         return [
             name
             for name, unit in units.items()
-            if name in wanted or (not self.step and may_be_time(name, unit))
+            if name in wanted or (not self.step and (name in clocks or is_time(name, unit)))
         ]
 
     def require_room(self, samples: int, columns: int, at_least: bool = False) -> None:
@@ -99,8 +120,11 @@ class Choice:
         )
 
 
-UNIT = re.compile(r"(.*?\S)\s*(?:\[([^\]]*)\]|\(([^)]*)\))")
+UNIT = re.compile(r"(.*?\S)(\s*)(?:\[([^\]]*)\]|\(([^)]*)\))")
 """A name and its unit behind it, in brackets or parentheses."""
+
+NUMBER = re.compile(r"[\d\s,:]+")
+"""What is an index in brackets directly behind a name, as in ``q[0]``, and no unit."""
 
 
 def named(header: Iterable[str], path: str) -> dict[str, str]:
@@ -111,16 +135,29 @@ def named(header: Iterable[str], path: str) -> dict[str, str]:
     """
     units: dict[str, str] = {}
     for number, text in enumerate(header, 1):
-        match = UNIT.fullmatch(text.strip())
-        name = match[1] if match else text.strip()
+        name, unit = name_and_unit(text.strip())
         if not name or name in units:
             what = f"twice the name {name!r}" if name else f"no name for column {number}"
             raise RecordError(
                 f"{path} has {what}; expected one name for each column, each another: correct "
-                "the header"
+                f"the header, or name its line: {HEADER}"
             )
-        units[name] = ((match[2] or match[3] or "") if match else "").strip()
+        units[name] = unit
     return units
+
+
+def name_and_unit(text: str) -> tuple[str, str]:
+    """Split a name and the unit behind it; the number in ``q[0]`` belongs to the name."""
+    match = UNIT.fullmatch(text)
+    if match is None:
+        return text, ""
+    unit = (match[3] or match[4] or "").strip()
+    is_index = not match[2] and NUMBER.fullmatch(unit) is not None
+    return (text, "") if is_index else (match[1], unit)
+
+
+HEADER = "--read header=LINE in slide-fmu init, header = LINE in system.parameters of a recipe"
+"""How a user says where the names of the columns are."""
 
 
 def library(module: str, path: str) -> Any:
@@ -138,40 +175,26 @@ def library(module: str, path: str) -> Any:
         ) from error
 
 
-DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d")
-"""What a date and time of day begin with, as of ISO 8601."""
-
-
-def numbers_or_dates(series: Any, decimal: str = ".", are_dates: bool = False) -> NDArray[Any]:
-    """Return the numbers of a series of pandas, NaN for texts, or its dates, NaT for texts.
+def numbers(series: Any, decimal: str = ".") -> FloatArray:
+    """Return the numbers of a series of pandas, NaN for texts, shape (N,).
 
     Args:
         series: values of one column, N of them.
         decimal: sign before the decimals of numbers that are written as texts.
-        are_dates: whether texts are dates as of ISO 8601.
-
-    Returns:
-        Shape (N,), of floats or of dates in ns.
     """
     pandas = importlib.import_module("pandas")
     types = pandas.api.types
-    if types.is_datetime64_any_dtype(series):
-        return np.asarray(series.to_numpy(dtype="datetime64[ns]"))
-    if not are_dates and (types.is_bool_dtype(series) or types.is_numeric_dtype(series)):
+    if types.is_bool_dtype(series) or types.is_numeric_dtype(series):
         return np.asarray(series.to_numpy(dtype=np.float64, na_value=np.nan))
     written = series.astype("string").str.strip()
-    if are_dates:
-        dates = written.where(written.str.match(DATE)).str.replace(",", ".", regex=False)
-        stamps = pandas.to_datetime(dates, format="ISO8601", errors="coerce", utc=True)
-        return np.asarray(stamps.to_numpy(dtype="datetime64[ns]"))
     if decimal == ",":  # a point would separate thousands
         grouped = written.str.contains(".", regex=False)
         written = written.mask(grouped, "text").str.replace(",", ".", regex=False)
-    numbers = pandas.to_numeric(written, errors="coerce")
-    return np.asarray(numbers.to_numpy(dtype=np.float64, na_value=np.nan))
+    read = pandas.to_numeric(written, errors="coerce")
+    return np.asarray(read.to_numpy(dtype=np.float64, na_value=np.nan))
 
 
-def text_among(name: str, series: Any, values: NDArray[Any], before: int = 0) -> Text | None:
+def text_among(name: str, series: Any, values: FloatArray, before: int = 0) -> Text | None:
     """Return the text in a series of pandas, whose values have NaN there, or None.
 
     Args:
@@ -182,15 +205,6 @@ def text_among(name: str, series: Any, values: NDArray[Any], before: int = 0) ->
     if not len(wrong):
         return None
     return Text(name, len(wrong), before + int(wrong[0]), str(series.iloc[wrong[0]])[:40])
-
-
-def seconds(values: NDArray[Any]) -> FloatArray:
-    """Convert dates, shape (N,), to seconds since the first of them; numbers stay."""
-    if values.dtype.kind != "M":
-        return values
-    known = values[~np.isnat(values)]
-    since = (values - known[0]).astype(np.float64) if len(known) else np.zeros(len(values))
-    return np.where(np.isnat(values), np.nan, since * 1e-9)
 
 
 SECONDS = {
@@ -224,15 +238,8 @@ FALLING = 0.1
 
 
 def is_time(name: str, unit: str) -> bool:
-    """Tell whether a column has times, by its name and unit; an index has if it is of dates."""
-    if name in INDEX:
-        return unit == "s"
-    return TIME.fullmatch(name) is not None and unit.lower() in SECONDS
-
-
-def may_be_time(name: str, unit: str) -> bool:
-    """Tell whether a column may be one of times, before it is known whether it has dates."""
-    return name in INDEX or is_time(name, unit)
+    """Tell whether a column has times, by its name and unit; an index may have."""
+    return name in INDEX or (TIME.fullmatch(name) is not None and unit.lower() in SECONDS)
 
 
 def unit_of_times(name: str, unit: str) -> str:
@@ -241,14 +248,24 @@ def unit_of_times(name: str, unit: str) -> str:
     return unit.lower() or ((match["unit"] or "").lower() if match else "")
 
 
-def in_seconds(name: str, unit: str, values: FloatArray) -> FloatArray:
-    """Convert times, shape (N,), to s by their unit, or by the unit that ends their name."""
-    return values * SECONDS[unit_of_times(name, unit)]
+EPOCHS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+"""Units of times since 1970, per s."""
+
+SINCE_1970 = (6e8, 4.2e9)
+"""Times in s from 1989 to 2103, counted from 1970: no record lasts so long."""
+
+
+def epoch_of(values: FloatArray) -> str:
+    """Return the unit of times without one, shape (N,), if they count from 1970; else nothing."""
+    known = values[np.isfinite(values)]
+    first = float(known[0]) if len(known) else 0.0
+    units = [u for u, per_s in EPOCHS.items() if SINCE_1970[0] < first / per_s < SINCE_1970[1]]
+    return units[0] if units else ""
 
 
 def counts_samples(name: str, values: FloatArray) -> bool:
     """Tell whether a column is an index that counts samples, which is neither time nor signal."""
-    return name in INDEX and bool(np.all(np.diff(values) == 1))
+    return name in INDEX and bool(np.all(values == np.round(values)))
 
 
 def rises(values: FloatArray) -> bool:

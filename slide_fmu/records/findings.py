@@ -473,7 +473,8 @@ TIME_WITHOUT_UNIT = Rule(
     "unit",
     _times_without_unit,
     "a unit",
-    'if they are in ms, call their column "time_ms"',
+    "if they are in another unit, say it: --read time_unit=ms in slide-fmu init, "
+    'time_unit = "ms" in system.parameters of a recipe, or in the header',
 )
 """The rule about times of which 10 may be 10 ms; only the first such file is named."""
 

@@ -11,13 +11,21 @@ import numpy as np
 
 from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import Record, RecordError
+from slide_fmu.record_files.table import SECONDS, TextForm
 from slide_fmu.records.preparation import Pairing
 from slide_fmu.systems.declared import Parameter, require_known
 
 REST = "rest"
 """The only value of the key ``start``."""
-KEYS = ("time", "sample_step", "pairing", "missing", "fill", "start")
+KEYS = (
+    *("time", "time_unit", "sample_step", "pairing", "missing", "fill"),
+    *("separator", "decimal", "header", "start"),
+)
 """Keys of ``system.parameters`` for records, as ``RecordKeys`` explains them."""
+
+
+GUESSED = TextForm()
+"""Without keys, the form of text files is guessed."""
 
 
 @dataclass(frozen=True)
@@ -26,19 +34,23 @@ class RecordKeys:
 
     Attributes:
         time: column of times; found if None.
+        time_unit: unit of times that have none; empty where it is to be found.
         sample_step: step in s of files without times; None where they have some.
         pairing: the output that answers an input; None where it follows from the hold of inputs.
         missing: numbers that stand for missing values.
         fill: up to this many missing samples in a row are filled; 0 for none.
         rest: whether every file begins at rest (``start = "rest"``).
+        form: how text files are written.
     """
 
     time: str | None = None
+    time_unit: str = ""
     sample_step: float | None = None
     pairing: Pairing | None = None
     missing: tuple[float, ...] = ()
     fill: int = 0
     rest: bool = False
+    form: TextForm = GUESSED
 
     @classmethod
     def of(cls, parameters: Mapping[str, Parameter], label: str) -> RecordKeys:
@@ -67,13 +79,18 @@ class RecordKeys:
         if start not in (None, REST):
             expected = f"{REST!r} where every file begins at rest; else remove the key"
             raise _wrong(label, "start", start, expected)
+        unit = parameters.get("time_unit", "")
+        if not isinstance(unit, str) or unit.lower() not in SECONDS:
+            raise _wrong(label, "time_unit", unit, f"one of {[one for one in SECONDS if one]}")
         return cls(
             time,
+            unit.lower(),
             None if step is None else float(step),
             cast("Pairing | None", pairing),
             _numbers(parameters.get("missing", ""), label),
             fill,
             start == REST,
+            _form(parameters, label),
         )
 
     def read(
@@ -84,7 +101,15 @@ class RecordKeys:
         Raises:
             RecordError: as of ``read_records``.
         """
-        records = read_records(paths, names, others=others, time=self.time, step=self.sample_step)
+        records = read_records(
+            paths,
+            names,
+            others=others,
+            time=self.time,
+            step=self.sample_step,
+            form=self.form,
+            time_unit=self.time_unit,
+        )
         return tuple(replace(self._without_codes(one), fill=self.fill) for one in records)
 
     def _without_codes(self, record: Record) -> Record:
@@ -95,6 +120,19 @@ class RecordKeys:
             for name, values in record.columns.items()
         }
         return replace(record, columns=columns)
+
+
+def _form(parameters: Mapping[str, Parameter], label: str) -> TextForm:
+    """Read the keys of text files."""
+    separator, decimal = parameters.get("separator"), parameters.get("decimal")
+    header = parameters.get("header")
+    if separator is not None and not (isinstance(separator, str) and len(separator) == 1):
+        raise _wrong(label, "separator", separator, "one sign, such as ',' or ';'")
+    if decimal is not None and decimal not in (".", ","):
+        raise _wrong(label, "decimal", decimal, "'.' or ','")
+    if header is not None and (isinstance(header, bool) or not isinstance(header, int)):
+        raise _wrong(label, "header", header, "the line of the names, counted from 1")
+    return TextForm(separator, decimal, header)
 
 
 def _is_number(value: Parameter) -> bool:

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.record_files.reading import read_record
+from slide_fmu.record_files.reading import read_record, read_records
 from slide_fmu.record_files.record import RecordError
+from slide_fmu.record_files.table import TextForm
 from slide_fmu.records.findings import examine
 from tests.records.files import ROAD, TIME, TRAVEL, as_csv
 from tests.refusals import refused
@@ -43,7 +44,9 @@ def test_csv_is_read_however_it_is_written(
     ]
     path = tmp_path / "a.csv"
     path.write_text("\n".join([header, *second, *rows]) + "\n", encoding="utf-8")
-    record = read_record(str(path))
+    # that commas are decimal where blanks separate is no simple guess
+    form = TextForm(separator, decimal) if (separator, decimal) == (" ", ",") else None
+    (record,) = read_records([str(path)], form=form)
     scale = 1.0 if units == "none" else 1e-3
     assert record.time == pytest.approx(scale * 1000 * TIME, abs=1e-9)
     assert record.columns["road"] == pytest.approx(ROAD, abs=5.1e-5)
@@ -230,20 +233,19 @@ def test_lines_of_a_title_above_the_names_are_passed_over(tmp_path: Path) -> Non
         assert f"line {8 if unit else 7}," in record.place(2)
 
 
-@pytest.mark.parametrize(
-    ("text", "names"),
-    [
-        ("Sample rate,100\nChannels,2\n\nt,u,y\n", ["u", "y"]),  # titles with numbers
-        ("t,1,2\n", ["1", "2"]),  # names that are numbers
-    ],
-)
-def test_numbers_above_the_samples_are_no_samples(
-    tmp_path: Path, text: str, names: list[str]
-) -> None:
-    as_csv(tmp_path / "a.csv", f"{text}0,1,2\n0.1,2,3\n0.2,3,4\n")
+def test_numbers_above_the_samples_are_no_samples(tmp_path: Path) -> None:
+    title = "Sample rate,100\nChannels,2\n\nt,u,y\n"
+    as_csv(tmp_path / "a.csv", f"{title}0,1,2\n0.1,2,3\n0.2,3,4\n")
     record = read_record(str(tmp_path / "a.csv"))
-    assert list(record.columns) == names
-    assert record.columns[names[0]].tolist() == [1, 2, 3]
+    assert {n: v.tolist() for n, v in record.columns.items()} == {"u": [1, 2, 3], "y": [2, 3, 4]}
+
+
+def test_names_that_are_numbers_need_the_key_of_their_line(tmp_path: Path) -> None:
+    as_csv(tmp_path / "a.csv", "t,1,2\n0,1,2\n0.1,2,3\n0.2,3,4\n")
+    with refused(RecordError, "a.csv", "If the names are numbers: --read header=LINE"):
+        read_record(str(tmp_path / "a.csv"))
+    (record,) = read_records([str(tmp_path / "a.csv")], form=TextForm(header=1))
+    assert {n: v.tolist() for n, v in record.columns.items()} == {"1": [1, 2, 3], "2": [2, 3, 4]}
 
 
 @pytest.mark.parametrize("names", [None, ["u", "y"]])
@@ -269,34 +271,33 @@ def test_title_with_as_many_values_as_a_sample_is_passed_over(
     assert record.first_line == 1 + (title + units).count("\n") + 1
 
 
-def test_names_of_the_recipe_tell_the_header_from_title_and_units(tmp_path: Path) -> None:
+def test_units_without_one_of_time_need_the_line_of_the_names(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "Run,oil\nV,m\n0,1\n1,2\n")
     record = read_record(str(tmp_path / "a.csv"), ["V", "m"], step=0.1)
     assert (record.columns["m"].tolist(), record.units) == ([1, 2], {"V": "", "m": ""})
     as_csv(tmp_path / "a.csv", "V,m\nV,t\n0,1\n1,2\n")  # these are volts and tonnes
-    record = read_record(str(tmp_path / "a.csv"), ["V", "m"], step=0.1)
+    (record,) = read_records(
+        [str(tmp_path / "a.csv")], ["V", "m"], step=0.1, form=TextForm(header=1)
+    )
     assert (record.columns["m"].tolist(), record.units) == ([1, 2], {"V": "V", "m": "t"})
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("Run 12,,\nt,u,y\n", ["no name for column 2", "correct the header"]),
-        ("Run,12,13\nt,u,y\n", ["line 1 has 'Run,12,13'", "header is required", "no title above"]),
-    ],
-)
-def test_title_is_refused_where_nothing_tells_the_names(
-    tmp_path: Path, text: str, words: list[str]
-) -> None:
-    as_csv(tmp_path / "a.csv", f"{text}0,1,2\n1,2,3\n")
-    with refused(RecordError, "a.csv", "expected", *words):
-        read_record(str(tmp_path / "a.csv"), step=0.1)
-    with refused(RecordError, "no columns ['z']; it has ['t', 'u', 'y']"):
-        read_record(str(tmp_path / "a.csv"), ["z"])
+@pytest.mark.parametrize("title", ["Run 12,,\n", "Run,12,13\n"])
+def test_names_stand_right_above_the_samples(tmp_path: Path, title: str) -> None:
+    as_csv(tmp_path / "a.csv", f"{title}t,u,y\n0,1,2\n1,2,3\n")
+    record = read_record(str(tmp_path / "a.csv"))
+    assert {n: v.tolist() for n, v in record.columns.items()} == {"u": [1, 2], "y": [2, 3]}
+
+
+@pytest.mark.parametrize("header", [0, 9])
+def test_header_that_is_no_line_is_refused(tmp_path: Path, header: int) -> None:
+    as_csv(tmp_path / "a.csv", "t,u\n0,1\n1,2\n")
+    with refused(RecordError, f"no names in line {header}", "the given header"):
+        read_records([str(tmp_path / "a.csv")], form=TextForm(header=header))
 
 
 def test_words_of_a_title_are_no_names_where_blanks_separate(tmp_path: Path) -> None:
-    as_csv(tmp_path / "a.csv", "Run 13 of day 7\nwith oil\n# t u y\n0,0 1 2\n0,1 2 3\n")
+    as_csv(tmp_path / "a.csv", "Run 13 of day 7\nwith oil\n# t u y\n0.0 1 2\n0.1 2 3\n")
     record = read_record(str(tmp_path / "a.csv"))
     assert record.time.tolist() == [0.0, 0.1]
     assert {name: v.tolist() for name, v in record.columns.items()} == {"u": [1, 2], "y": [2, 3]}

@@ -210,10 +210,35 @@ def test_refused_init_writes_its_recipe_and_exits_with_an_error(
     assert keys == {"missing": -9999, "fill": 1}
 
 
+def test_log_of_a_robot_is_read_as_it_is(
+    tmp_path: Path, valve: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its names have numbers in brackets, and its times are ms since 1970."""
+    monkeypatch.chdir(tmp_path)
+    other = smooth(seed=5)
+    columns = {"q[0]": valve, "q[1]": other, "tau[0]": response(valve), "tau[1]": response(other)}
+    counts = (1710032340000 + 1000 * times()).round().astype(np.int64)
+    rows = zip(counts, *columns.values(), strict=True)
+    lines = [",".join([str(count), *(f"{one:.6g}" for one in values)]) for count, *values in rows]
+    Path("robot.csv").write_text("\n".join([",".join(["timestamp", *columns]), *lines]))
+    inputs = ["--input", "q[0]", "--input", "q[1]"]
+    proposed = CliRunner().invoke(app, ["init", "robot.csv", *inputs])
+    assert proposed.exit_code == 0, proposed.output
+    recipe = tomllib.loads(Path("robot.toml").read_text())
+    assert list(recipe["system"]["inputs"]) == ["q[0]", "q[1]"]
+    assert recipe["window"]["step"] == STEP
+    tried = CliRunner().invoke(app, ["try", "robot.toml"])
+    assert tried.exit_code == 0, tried.output
+
+
 @pytest.mark.parametrize(
     ("read", "words"),
     [
         ("missing", "expected KEY=VALUE"),
+        ("time_unit=weeks", "time_unit = 'weeks'; expected one of ['s',"),
+        ("separator=;;", "separator = ';;'; expected one sign"),
+        ("decimal=x", "decimal = 'x'; expected '.' or ','"),
+        ("header=first", "header = 'first'; expected the line of the names"),
         ("missing=none", "missing = 'none'; expected a number that stands"),
         ("fill=-1", "fill = -1; expected the most missing samples"),
         ("filled=1", "unknown parameters ['filled']"),

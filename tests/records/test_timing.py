@@ -132,7 +132,7 @@ def test_times_without_a_unit_are_remarked_once_for_all_records() -> None:
     found = examine([timed(np.arange(300.0)), silent, silent])
     [message] = [finding.message for finding in found if finding.kind == "unit"]
     assert "have no unit, and count as s" in message
-    assert "takes 2990 s; expected a unit: if they are in ms, call their column" in message
+    assert "takes 2990 s; expected a unit: if they are in another unit" in message
 
 
 def test_times_that_are_none_are_refused_without_a_word_on_their_unit() -> None:

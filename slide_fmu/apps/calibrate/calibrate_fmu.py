@@ -194,7 +194,7 @@ def _columns(
 def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[str, ...]:
     """Refuse records with faults that must be corrected, and return other findings.
 
-    An input may rest, since nothing is trained here.
+    An input may rest, and an output with it, since nothing is trained here.
     """
     names = preparation.inputs, preparation.outputs
     findings = [*examine(records, *names), *check_pairing(records, preparation)]
@@ -202,6 +202,7 @@ def _examined(records: tuple[Record, ...], preparation: Preparation) -> tuple[st
         finding
         for finding in findings
         if not (finding.kind == "constant" and finding.column in preparation.inputs)
+        and finding.kind not in ("noise", "set points")
     ]
     require_sound(findings)
     return messages(findings)

@@ -51,7 +51,7 @@ class SampledPath:
 
 
 def read_path(name: str, coordinates: tuple[Coordinate, ...], surrogate: Surrogate) -> SampledPath:
-    """Read a path from a CSV, Parquet, HDF5 or MAT file; between samples are cubic splines.
+    """Read a path from a CSV, Parquet, HDF5, MAT or NumPy file; between samples are cubic splines.
 
     An angle has columns for its cosine and its sine, like set points.
 

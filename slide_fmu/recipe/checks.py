@@ -104,9 +104,6 @@ def require_bound(recipe: Recipe) -> None:
             )
         return
     remedy = "remove the table [bound] and those below it"
-    no_bound = rules_of(recipe).no_bound
-    if no_bound is not None:
-        raise ValueError(f"{no_bound}: {remedy}")
     if recipe.parameters:
         raise ValueError(
             f"[bound] with parameters {list(recipe.parameters)}; expected none: an error bound of "

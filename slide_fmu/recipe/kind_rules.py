@@ -41,6 +41,7 @@ class Words:
         reference: a sentence on the reference; empty where a model can be named.
         inputs_seen: a sentence before the list of inputs that a surrogate was trained on.
         parameters: the values of physical parameters at which errors were measured.
+        calibrated_by: what error bounds are calibrated by, behind its number.
         lasting_memory: a further reason for a network that does not forget; mostly empty.
     """
 
@@ -50,6 +51,7 @@ class Words:
     reference: str
     inputs_seen: str
     parameters: str
+    calibrated_by: str = "trajectories of the same mix"
     lasting_memory: str = ""
 
 
@@ -59,12 +61,10 @@ class KindRules(abc.ABC):
     Attributes:
         words: texts for reports.
         simulated: whether trajectories are simulated.
-        no_bound: reason why there can be no error bound; None where there can be one.
     """
 
     words: Words
     simulated: bool = True
-    no_bound: str | None = None
 
     @abc.abstractmethod
     def with_first_defaults(self, tables: Tables) -> Tables:

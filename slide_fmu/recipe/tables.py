@@ -13,7 +13,9 @@ from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.recipe.automatic import LEAST_CALIBRATION
 from slide_fmu.recipe.learning import PositiveFloat, PositiveInt, Table
 
-Part = Literal["train", "validation", "estimator", "estimator_validation", "test"]
+Part = Literal[
+    "train", "validation", "estimator", "estimator_validation", "bound", "calibration", "test"
+]
 """Uses of a part of measured records, in the order of time."""
 
 

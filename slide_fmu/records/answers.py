@@ -11,6 +11,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from slide_fmu.core.figures import JsonObject
+from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, Stages
 from slide_fmu.core.search_path import find_file
 from slide_fmu.core.signals import FloatArray
@@ -25,7 +26,13 @@ from slide_fmu.pipeline import case_checks, job, numbers, stages, time_left
 from slide_fmu.pipeline.run_folder import RunFolder, StageError, recipe_of_provenance
 from slide_fmu.propose import trial
 from slide_fmu.recipe.against_system import require_features
-from slide_fmu.recipe.automatic import NUMBERS, FoundValues, nested
+from slide_fmu.recipe.automatic import (
+    BOUND_NUMBERS,
+    LEAST_CALIBRATION,
+    NUMBERS,
+    FoundValues,
+    nested,
+)
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.open_recipe import OpenRecipe
@@ -40,6 +47,7 @@ from slide_fmu.records.specimens import specimens
 from slide_fmu.records.validation import validate_records
 from slide_fmu.report import run_report
 from slide_fmu.report.html_report import ReportSection
+from slide_fmu.surrogate.error_bound import USUAL_CONFIDENCE
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation import measure, validate
 from slide_fmu.validation.error_figures import ResponseFigures
@@ -244,13 +252,22 @@ def least_numbers_of_segments(
 
 
 def _numbers(recipe: Recipe, open_keys: Collection[str], source: MeasuredRecords) -> FoundValues:
-    wanted = [key for key in NUMBERS if key in open_keys]
+    wanted = [key for key in (*NUMBERS, *BOUND_NUMBERS) if key in open_keys]
     counts = {key: len(segments(recipe, source, key.partition(".")[2])) for key in wanted}
     empty = [key for key, count in counts.items() if not count]
     if empty:
         raise RecipeError(
             f"recipe {recipe.name!r}: no block of the part {empty[0]!r} has data.duration = "
             f"{recipe.data.duration:g} s; expected at least one: shorten it, or leave it out"
+        )
+    blocks = counts.get("data.calibration", LEAST_CALIBRATION)
+    if blocks < LEAST_CALIBRATION:
+        raise RecipeError(
+            f"recipe {recipe.name!r}: [bound] with {blocks} held-out blocks of "
+            f"{recipe.data.duration:g} s for its calibration, which allow a bound of "
+            f"{percent(blocks / (blocks + 1))} at most; expected at least {LEAST_CALIBRATION}, "
+            f"for {percent(USUAL_CONFIDENCE)}: record more, give data.shares more calibration, or "
+            "remove the table [bound]"
         )
     return nested(counts)
 

@@ -59,6 +59,8 @@ def most_blocks(recipe: Recipe, source: MeasuredRecords) -> int:
         room, least = len(source.files), 1
     else:
         room, least = int(source.numbers.max()) + 1, max(_lead(recipe), SHORTEST_PIECE)
+        if recipe.bound is not None:
+            least = max(least, recipe.bound.samples(recipe.window))
     if recipe.data.by == "each":
         lengths = np.zeros(len(source.files))
         for piece in source.pieces:

@@ -147,10 +147,15 @@ def _data_lines(draft: RecordDraft) -> list[str]:
 
 
 def _estimator_lines(estimates: bool) -> list[str]:
+    bound = comment_lines(
+        "With a table [bound], the FMU has a bound of its error in every step. It takes samples "
+        "of its own: 20 blocks that are held out, each as long as the memory of the machine."
+    )
     if estimates:
         return [
             *comment_lines("With this table, the FMU estimates its own error."),
             "[estimator]",
+            *bound,
             "",
         ]
     return [
@@ -158,5 +163,6 @@ def _estimator_lines(estimates: bool) -> list[str]:
             "The FMU has no error estimate: that needs more samples than there are here, with "
             "inputs of their own and all outputs. With more samples, add the table [estimator]."
         ),
+        *bound,
         "",
     ]

@@ -23,8 +23,9 @@ from slide_fmu.records.parts import (
     has_known_inputs,
     scored_parts,
 )
-from slide_fmu.records.segments import inputs_beyond
+from slide_fmu.records.segments import inputs_beyond, segments
 from slide_fmu.records.specimens import scarce_specimens, specimens, values_in_file
+from slide_fmu.surrogate.error_bound import calibrated
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.validation.results import Validation
 
@@ -118,8 +119,22 @@ def remarks_on_division(recipe: Recipe, source: MeasuredRecords) -> list[str]:
         _behind_no_lead(recipe, source),
         left_out(recipe, source),
         *about_specimens(recipe, source),
+        about_bound(recipe, source),
     ]
     return [remark for remark in remarks if remark is not None]
+
+
+def about_bound(recipe: Recipe, source: MeasuredRecords) -> str | None:
+    """Say how many blocks calibrate an error bound, and what they allow; None without a bound."""
+    if recipe.bound is None:
+        return None
+    blocks = len(segments(recipe, source, "calibration"))
+    return (
+        f"the error bound is calibrated by {blocks} held-out blocks of "
+        f"{recipe.data.duration:.4g} s, which allow a confidence of "
+        f"{percent(max(calibrated(blocks), default=blocks / (blocks + 1)))} at most; on other "
+        "stretches of the machine it holds as far as they are like these blocks"
+    )
 
 
 def about_repeats(recipe: Recipe, source: MeasuredRecords) -> str | None:

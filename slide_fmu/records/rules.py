@@ -38,6 +38,17 @@ SHARES_WITH_ESTIMATOR: dict[Part, float] = {
 }
 """Default shares with an error estimator, which learns from samples of its own."""
 
+OF_ESTIMATOR, OF_BOUND = ("estimator", "estimator_validation"), ("bound", "calibration")
+"""Parts that only an error estimator, or only an error bound, takes samples from."""
+
+SHARES_OF_BOUND: dict[Part, float] = {"bound": 0.12, "calibration": 0.2}
+"""With an error bound these parts come first; the others share the rest. The calibration needs
+blocks by the score: each counts as one observation."""
+
+SHORT_SPAN, LONG_SPAN = 10, 100
+"""Samples over which a bound of records averages the disagreement, where the recipe says
+nothing."""
+
 DEGREES = 2, 1
 """Degrees of polynomials: the first one that the specimens suffice for is taken, else the last."""
 
@@ -58,15 +69,13 @@ class RecordRules(KindRules):
         inputs_seen="The surrogate was trained on measured records; inputs of another kind it has "
         "never seen:",
         parameters="Every segment has the values of its specimen.",
+        calibrated_by="blocks of the records that no network learnt from, each of which counts as "
+        "one trajectory",
         # records cannot be simulated until they come to rest
         lasting_memory=" (a system with hysteresis, or with a drift, never forgets what happened "
         "to it: no network that has learnt its records passes)",
     )
     simulated = False
-    no_bound = (
-        "[bound] with system.kind = 'record'; expected a system that can be simulated, since a "
-        "bound needs hundreds of trajectories of its own"
-    )
 
     def with_first_defaults(self, tables: Tables) -> Tables:
         """Refuse numbers of trajectories, since they follow from the samples."""
@@ -77,7 +86,12 @@ class RecordRules(KindRules):
                 f"data.{given[0]} = {data[given[0]]!r} with system.kind = {KIND!r}; expected "
                 "none: the samples of the records decide; give data.shares, or remove it"
             )
-        return {"data": {}, **tables}
+        tables = {"data": {}, **tables}
+        data, bound = tables["data"], tables.get("bound")
+        if not (isinstance(data, Mapping) and isinstance(bound, Mapping)):
+            return tables
+        # both networks learn from the same samples: no part of the records is to spare
+        return {**tables, "data": {**data, "companion": "train"}, "bound": _with_spans(tables)}
 
     def with_last_defaults(self, tables: Tables) -> Tables:
         """Fill in the division and the degree of specimens, if not given.
@@ -168,9 +182,23 @@ RULES: Final = RecordRules()
 
 def shares_of(recipe: Recipe) -> dict[Part, float]:
     """Return the share of all samples for each of ``PARTS``."""
-    default = SHARES if recipe.estimator is None else SHARES_WITH_ESTIMATOR
-    given = recipe.data.shares or default
+    shares = SHARES if recipe.estimator is None else SHARES_WITH_ESTIMATOR
+    if recipe.bound is not None:
+        rest = 1.0 - sum(SHARES_OF_BOUND.values())
+        shares = {**{part: rest * share for part, share in shares.items()}, **SHARES_OF_BOUND}
+    given = recipe.data.shares or shares
     return {part: given.get(part, 0.0) for part in PARTS}
+
+
+def _with_spans(tables: Tables) -> Tables:
+    """Return the table of a bound; its spans follow from the step where it gives none."""
+    bound, window = tables["bound"], tables.get("window")
+    step = window.get("step") if isinstance(window, Mapping) else None
+    expert = bound.get("expert", {})
+    if not (isinstance(step, int | float) and isinstance(expert, Mapping)):
+        return dict(bound)  # refused later
+    spans = {"short_span": SHORT_SPAN * step, "long_span": LONG_SPAN * step}
+    return {**bound, "expert": {**spans, **expert}}
 
 
 def _degree(parameters: Mapping[str, Any]) -> int:
@@ -218,7 +246,11 @@ def _require_weights(recipe: Recipe) -> None:
 
 def _require_shares(recipe: Recipe) -> None:
     shares = shares_of(recipe)
-    wanted = [part for part in PARTS if recipe.estimator is not None or "estimator" not in part]
+    left_out = [
+        *(OF_ESTIMATOR if recipe.estimator is None else ()),
+        *(OF_BOUND if recipe.bound is None else ()),
+    ]
+    wanted = [part for part in PARTS if part not in left_out]
     lacking = [part for part in wanted if not shares[part]]
     idle = [part for part in PARTS if part not in wanted and shares[part]]
     total = sum(shares.values())

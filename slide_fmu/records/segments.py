@@ -6,7 +6,8 @@ lie in the part before; it is not scored.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.division import Block
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.parts import files_of, in_order_of_time, scored_parts
+from slide_fmu.records.rules import OF_BOUND, OF_ESTIMATOR
 from slide_fmu.records.specimens import values_in_file
 
 
@@ -52,38 +54,49 @@ def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajecto
 def segments(recipe: Recipe, source: MeasuredRecords, part: str) -> list[Segment]:
     """Cut all blocks of a part into segments of the recipe's duration, which overlap.
 
-    They overlap by the truncated part of the window. Outputs may be missing (NaN) in the overlap,
-    but not in the scored samples. The last segment of a block ends where the block ends, so that
-    no sample is lost and a few are scored twice. A block that is shorter than a segment is left
-    out.
+    They overlap by the truncated part of the window, or by all samples that fill an error bound
+    where the part is the bound's. Outputs may be missing (NaN) in the overlap, but not in the
+    scored samples. The last segment of a block ends where the block ends, so that no sample is
+    lost and a few are scored twice. A block that is shorter than a segment is left out.
 
     Raises:
-        RecipeError: as of ``divided``, or outputs are missing that an estimator needs.
+        RecipeError: as of ``divided``, or outputs are missing that an estimator or a bound needs.
     """
-    lead = recipe.window.n_in - recipe.window.n_out
+    lead = lead_of(recipe, part)
     scored = round(recipe.data.duration / recipe.window.step) - lead
     cut = []
     for block in scored_parts(recipe, source).get(part, ()):
-        for first in _firsts(block, scored):
+        before = block.scored if source.pieces[block.piece].rest is None else math.inf
+        begin = block.scored + max(0, lead - before)  # earlier, too few inputs are known
+        for first in _firsts(replace(block, scored=int(begin)), scored):
             whole = Block(block.piece, first - lead, first, first + scored)
             cut.append(_segment(recipe, source, whole))
-    lacking = part.startswith("estimator") and not all(
-        np.isfinite(one.trajectory.outputs).all() for one in cut
-    )
-    if lacking:
+    table = "estimator" if part in OF_ESTIMATOR else "bound" if part in OF_BOUND else None
+    if table and not all(np.isfinite(one.trajectory.outputs).all() for one in cut):
         raise RecipeError(
             f"recipe {recipe.name!r}: outputs are missing in the part {part!r}; expected all of "
-            "them for an error estimator: remove the table [estimator]"
+            f"them for an error {table}: remove the table [{table}]"
         )
     return cut
 
 
+def lead_of(recipe: Recipe, part: str) -> int:
+    """Return the number of first samples of a part's segments that are not scored."""
+    window = recipe.window
+    if recipe.bound is None or part not in OF_BOUND:
+        return window.n_in - window.n_out
+    return max(window.n_in, recipe.bound.filling(window))
+
+
 def unseen_blocks(recipe: Recipe, source: MeasuredRecords) -> list[Segment]:
-    """Return the blocks on which an FMU is measured, each with a lead of one window at most."""
-    unseen = []
+    """Return the blocks on which an FMU is measured, each with a lead.
+
+    It has one window at most, or what fills an error bound.
+    """
+    unseen, lead = [], max(recipe.window.n_in, *(lead_of(recipe, part) for part in OF_BOUND))
     for block in scored_parts(recipe, source)["test"]:
-        known = 0 if source.pieces[block.piece].rest is None else recipe.window.n_in
-        start = max(-known, block.scored - recipe.window.n_in)
+        known = 0 if source.pieces[block.piece].rest is None else lead
+        start = max(-known, block.scored - lead)
         whole = Block(block.piece, start, block.scored, block.stop)
         unseen.append(_segment(recipe, source, whole))
     return unseen

@@ -30,14 +30,17 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.decay import ENDLESS, RecordDecay, decay_of_records
 from slide_fmu.records.model import MeasuredRecords
-from slide_fmu.records.parts import longest_scored
+from slide_fmu.records.parts import longest_scored, scored_parts
 from slide_fmu.records.recipe_text import RecordDraft, record_recipe_text
 from slide_fmu.records.remarks import about_repeats
 from slide_fmu.records.rules import shares_of
-from slide_fmu.records.segments import learnt_pieces
+from slide_fmu.records.segments import lead_of, learnt_pieces
 
 FEW_WINDOWS = 20
 """Records to learn from with fewer windows than this are remarked as short."""
+CALIBRATING = 60
+"""Wanted number of segments that calibrate an error bound; 95 % take 20, and fewer of them cover
+more or less than that by chance."""
 LONGEST = 2.0
 """Largest ratio of the window to the decay time, if the interval's upper end is longer."""
 
@@ -217,12 +220,28 @@ def _lengths(recipe: OpenRecipe, source: MeasuredRecords) -> Lengths:
         return replace(lengths, sizing=sizing)
     window = lengths.recipe.guess.window.as_window
     scored = round(lengths.recipe.guess.data.duration / window.step - window.n_truncated)
+    scored = min(scored, _calibrating(lengths.recipe.guess, source) or scored)
     most = longest_scored(lengths.recipe.guess, source)
     duration = round((min(scored, most) + window.n_truncated) * window.step, 12)
     data = {**lengths.values.get("data", {}), "duration": duration}
     values = {**lengths.values, "data": data}
     source_name = f"recipe {recipe.guess.name!r} with the lengths that its records need"
     return Lengths(recipe.with_found(values, source_name), values, sizing)
+
+
+def _calibrating(recipe: Recipe, source: MeasuredRecords) -> int | None:
+    """Return how long segments may be behind the truncated samples, for enough of a bound.
+
+    It is None without a bound. The segments of a bound score no fewer samples than it needs,
+    and than the machine remembers.
+    """
+    if recipe.bound is None:
+        return None
+    blocks = scored_parts(recipe, source)["calibration"]
+    whole = sum(block.stop - block.scored for block in blocks)
+    lead, truncated = lead_of(recipe, "calibration"), recipe.window.as_window.n_truncated
+    least = max(recipe.bound.samples(recipe.window) - lead, truncated)
+    return lead - truncated + max(least, whole // CALIBRATING)
 
 
 def lengths_of_case(

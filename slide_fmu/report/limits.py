@@ -59,6 +59,7 @@ def bound_sentences(surrogate: SurrogateDescription, recipe: Recipe) -> list[str
     return sentences(
         "bound.txt",
         calibration=calibration,
+        calibrated_by=rules_of(recipe).words.calibrated_by,
         confidences=[percent(one) for one in calibrated(calibration)],
         further=recipe.count(FURTHER) if recipe.further_kinds() else 0,
         finer_reference=bool(recipe.system.reference),

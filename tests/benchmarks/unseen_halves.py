@@ -11,8 +11,8 @@ known inputs, stands next to the error of the same FMU on the second half, by ``
 
 - ``drive``: a motor turns a generator through a shaft with play; both have dry friction. The level
   of the voltage changes from stretch to stretch, so that the halves differ.
-- ``moves``: moves of a flexible joint of 0.5 s between rests of 2 s, at 1 kHz.
-- ``noise_1``, ``noise_10``: an oscillator with a bent output and 1 or 10 % of noise.
+- ``moves``: 54 moves of a flexible joint of 0.5 s at 1 kHz, each from rest and in its own file.
+- ``noise_1``, ``noise_10``: an oscillator with a hardening spring, and 1 or 10 % of noise.
 
 A command that refuses is no failure here: its message is a figure.
 """
@@ -33,32 +33,54 @@ from typing import Any
 import fmpy
 import numpy as np
 from figures_out import measure_and_write
+from scipy.signal import butter, sosfilt
 
 from slide_fmu import load
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
-from tests.own_records import STEP, force_and_travel
 
 FINE = 20
 """Steps of the solver in a sample of the drive."""
-DRIVE_STEP, JOINT_STEP = 0.02, 1e-3
+DRIVE_STEP, JOINT_STEP, STEP = 0.02, 1e-3, 0.01
+
+
+Signals = tuple[FloatArray, FloatArray]
+"""Inputs and outputs, (N,) each."""
 
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """A whole record of one input and one output, (N,) each, of which the first half is given."""
+    """A whole record of one input and one output, of which the first half is given.
+
+    Attributes:
+        step: sample step in s.
+        names: columns of input and output, with units.
+        files: one file, which is cut in the middle; or several, of which the first half is given.
+    """
 
     step: float
-    given: FloatArray
-    answer: FloatArray
     names: tuple[str, str]
+    files: list[Signals]
 
     @property
-    def half(self) -> int:
-        return len(self.given) // 2
+    def given(self) -> list[Signals]:
+        """The files that ``init`` and ``run`` see."""
+        if len(self.files) > 1:
+            return self.files[: len(self.files) // 2]
+        [(inputs, outputs)] = self.files
+        return [(inputs[: len(inputs) // 2], outputs[: len(inputs) // 2])]
+
+    def unseen(self, lead: int) -> list[tuple[FloatArray, FloatArray, int]]:
+        """Inputs, outputs and the first scored sample of all else; a lead fills the window."""
+        if len(self.files) > 1:  # each begins at rest
+            return [(*both, 1) for both in self.files[len(self.files) // 2 :]]
+        [(inputs, outputs)] = self.files
+        half = len(inputs) // 2
+        begin = max(0, half - lead)
+        return [(inputs[begin:], outputs[begin:], half - begin)]
 
 
-def drive(seed: int, samples: int = 4_000) -> Whole:
+def drive(seed: int, samples: int = 8_000) -> Whole:
     """A motor (voltage in) turns a generator (speed out) through a shaft with play."""
     rng = np.random.default_rng(seed)
     voltage = np.empty(0)
@@ -74,39 +96,48 @@ def drive(seed: int, samples: int = 4_000) -> Whole:
         for _ in range(FINE):
             play = twist - float(np.clip(twist, -0.02, 0.02))
             torque = 8.0 * play + (0.05 * (motor - generator) if play else 0.0)
-            motor += h / 0.05 * (voltage[k] - 0.15 * motor - 0.15 * np.tanh(motor / 0.02) - torque)
-            generator += h / 0.08 * (torque - 0.2 * generator - 0.05 * np.tanh(generator / 0.02))
+            motor += h / 0.05 * (voltage[k] - 0.15 * motor - 0.08 * np.tanh(motor / 0.05) - torque)
+            generator += h / 0.08 * (torque - 0.2 * generator - 0.05 * np.tanh(generator / 0.05))
             twist += h * (motor - generator)
     noisy = speed + 2e-3 * speed.std() * rng.normal(size=samples)
-    return Whole(DRIVE_STEP, voltage, noisy, ("voltage [V]", "speed [rad/s]"))
+    return Whole(DRIVE_STEP, ("voltage [V]", "speed [rad/s]"), [(voltage, noisy)])
 
 
-def moves(seed: int, count: int = 24, rest: int = 1000) -> Whole:
-    """Moves of a joint with a bent spring: torque in, speed out, at rest in between."""
-    rng = np.random.default_rng(seed)
-    torque = np.zeros(0)
+def moves(seed: int, count: int = 54, rest: int = 40) -> Whole:
+    """Moves of a joint with a bent spring, torque in, speed out: each from rest, in a file."""
+    rng, files = np.random.default_rng(seed), []
     shape = np.sin(np.pi * np.arange(500) / 500) ** 2
     for _ in range(count):
         wave = np.cumsum(rng.normal(size=500))
         wave -= np.linspace(wave[0], wave[-1], 500)
         move = shape * (rng.uniform(-1, 1) + 0.5 * wave / np.abs(wave).max())
-        torque = np.concatenate([torque, np.zeros(rest), move])
-    h, place, speed = JOINT_STEP / 4, 0.0, 0.0
-    answer = np.empty(len(torque))
-    for k, value in enumerate(torque):
-        answer[k] = speed
-        for _ in range(4):
-            speed += h * (60.0 * value - 25.0 * speed - 900.0 * place - 6e3 * place**3)
-            place += h * speed
-    return Whole(JOINT_STEP, torque, answer, ("torque [N.m]", "speed [rad/s]"))
+        torque = np.concatenate([np.zeros(rest), move, np.zeros(rest)])
+        h, place, speed, answer = JOINT_STEP / 4, 0.0, 0.0, np.empty(len(torque))
+        for k, value in enumerate(torque):
+            answer[k] = speed
+            for _ in range(4):
+                speed += h * (60.0 * value - 12.0 * speed - 900.0 * place - 6e3 * place**3)
+                place += h * speed
+        files.append((torque, answer + 1e-3 * rng.normal(size=len(torque))))
+    return Whole(JOINT_STEP, ("torque [N.m]", "speed [rad/s]"), files)
 
 
 def oscillator(noise: float, seed: int, samples: int = 12_000) -> Whole:
-    """An oscillator with a bent output, and noise relative to its standard deviation."""
-    force, travel = force_and_travel(samples, seed)
-    rng = np.random.default_rng(1000 + seed)
+    """An oscillator with a bent spring, and noise relative to its standard deviation.
+
+    The force is limited, so that no half moves far beyond the other.
+    """
+    rng = np.random.default_rng(seed)
+    wanted = sosfilt(butter(2, 0.1, output="sos"), rng.normal(size=samples))
+    force = np.tanh(wanted / wanted.std())
+    place, speed, h, travel = 0.0, 0.0, STEP / 8, np.empty(samples)
+    for k in range(samples):
+        travel[k] = place
+        for _ in range(8):
+            speed += h * (400.0 * force[k] - 8.0 * speed - 400.0 * place - 300.0 * place**3)
+            place += h * speed
     noisy = travel + noise * travel.std() * rng.normal(size=samples)
-    return Whole(STEP, force, noisy, ("force [N]", "travel [m]"))
+    return Whole(STEP, ("force [N]", "travel [m]"), [(force, noisy)])
 
 
 RECORDS: dict[str, Callable[[int], Whole]] = {
@@ -133,15 +164,17 @@ def measure(arguments: argparse.Namespace, bar: Stages) -> dict[str, Any]:
 
 def go_through(name: str, whole: Whole, folder: Path, seed: int) -> dict[str, Any]:
     """Type the commands in a folder, and return what they said and what came out."""
-    half, (given, answer) = whole.half, (w.split(" ")[0] for w in whole.names)
-    time = whole.step * np.arange(half)
-    table = np.stack([time, whole.given[:half], whole.answer[:half]], axis=1)
-    header = ",".join(["time [s]", *whole.names])
-    np.savetxt(folder / "bench.csv", table, "%.9g", ",", header=header, comments="")
+    given, answer = (words.split(" ")[0] for words in whole.names)
+    files = []
+    for number, (inputs, outputs) in enumerate(whole.given):
+        table = np.stack([whole.step * np.arange(len(inputs)), inputs, outputs], axis=1)
+        header = ",".join(["time [s]", *whole.names])
+        files.append(f"bench_{number}.csv")
+        np.savetxt(folder / files[-1], table, "%.9g", ",", header=header, comments="")
     columns = "--input", given, "--output", answer
     recipe = f"{name}.toml"
     commands = (
-        ("init", "bench.csv", *columns, "-o", recipe, "--name", name, "--force"),
+        ("init", *files, *columns, "-o", recipe, "--name", name, "--force"),
         ("run", recipe, "--json", "report.json", "--seed", str(seed)),
     )
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
@@ -175,33 +208,36 @@ def go_through(name: str, whole: Whole, folder: Path, seed: int) -> dict[str, An
 
 
 def errors_on_unseen(fmu: Path, whole: Whole) -> dict[str, float]:
-    """Return errors on the second half, relative to the outputs' standard deviation there.
-
-    Inputs before it are known, so that windows are full.
-    """
+    """Return errors on what was not given, relative to the outputs' standard deviation there."""
     surrogate = load(fmu)
-    begin = max(0, whole.half - 3 * surrogate.memory_length)
-    # without a first-order hold, an output answers the input one sample earlier
+    name = surrogate.outputs[0].name
+    # with a zero-order hold, an output answers the input one sample earlier
     later = 1 if surrogate.hold == "zero_order" else 0
-    inputs = whole.given[begin + 1 - later : len(whole.given) - later, None]
-    truth = whole.answer[begin + 1 :]
-    scored = slice(whole.half - begin, None)
-
-    def error(outputs: FloatArray) -> float:
-        apart = outputs[scored] - truth[scored]
-        return float(np.sqrt(np.mean(apart**2)) / truth[scored].std())
-
-    table = np.zeros(len(whole.given) - begin, [("time", float), ("u", float)])
-    table["time"], table["u"] = whole.step * np.arange(len(table)), whole.given[begin:]
-    table.dtype.names = ("time", surrogate.inputs[0].name)
-    name, last = surrogate.outputs[0].name, float(table["time"][-1])
-    plain = fmpy.simulate_fmu(
-        str(fmu), input=table, output=[name], stop_time=last, output_interval=whole.step
-    )
+    found: dict[str, list[FloatArray]] = {}
+    truths = []
+    for given, truth, first in whole.unseen(3 * surrogate.memory_length):
+        inputs = given[1 - later : len(given) - later, None]
+        time = whole.step * np.arange(len(given))
+        table = np.array(
+            list(zip(time, given, strict=True)),
+            dtype=[("time", float), (surrogate.inputs[0].name, float)],
+        )
+        plain = fmpy.simulate_fmu(
+            str(fmu), input=table, output=[name], stop_time=time[-1], output_interval=whole.step
+        )
+        answers = {
+            "predict": surrogate.predict(inputs)[:, 0],
+            "predict_newest": surrogate.predict_newest(inputs)[:, 0],
+            "plain_call_of_fmpy": np.asarray(plain[name])[1 : len(given)],
+        }
+        scored = slice(first - 1, None)
+        truths.append(truth[1:][scored])
+        for way, outputs in answers.items():
+            found.setdefault(way, []).append(outputs[scored] - truths[-1])
+    size = np.concatenate(truths).std()
     return {
-        "predict": error(surrogate.predict(inputs)[:, 0]),
-        "predict_newest": error(surrogate.predict_newest(inputs)[:, 0]),
-        "plain_call_of_fmpy": error(np.asarray(plain[name])[1 : len(truth) + 1]),
+        way: float(np.sqrt(np.mean(np.concatenate(errors) ** 2)) / size)
+        for way, errors in found.items()
     }
 
 

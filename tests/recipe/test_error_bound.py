@@ -12,7 +12,7 @@ from slide_fmu.recipe.error_bound import BoundRecipe
 from slide_fmu.recipe.learning import LeastSquaresRecipe
 from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe, RecipeError
-from tests.recipes import tiny_recipe, tiny_state_space_recipe, whole_recipe
+from tests.recipes import tiny_recipe, tiny_state_space_recipe
 from tests.refusals import refused
 
 AUTOMATIC = """
@@ -267,23 +267,6 @@ def test_bound_that_cannot_be_learnt_is_refused(changes: dict[str, Any], message
 def test_bound_of_layers_is_refused() -> None:
     with refused(ValueError, "[bound] with network.family = 'feed_forward'"):
         tiny_recipe(bound={})
-
-
-def test_bound_of_records_is_refused() -> None:
-    tables = {
-        "name": "bench",
-        "description": "a record",
-        "system": {
-            "kind": "record",
-            "model": "bench.csv",
-            "inputs": {"u": {"range": [-1.0, 1.0]}},
-            "outputs": {"y": {"range": [-1.0, 1.0]}},
-        },
-        "window": {"step": 0.1, "n_in": 20, "n_out": 5},
-        "bound": {},
-    }
-    with refused(ValueError, "that can be simulated"):
-        whole_recipe(tables)
 
 
 def test_shortest_validation_has_a_sample_at_which_the_bound_counts() -> None:

@@ -17,13 +17,29 @@ def test_recipe_of_records_leaves_its_numbers_open_and_has_no_excitation() -> No
     assert {"data.train", "data.validation", "data.duration"} <= set(read.open_keys)
 
 
-def test_shares_follow_from_whether_there_is_an_estimator() -> None:
-    plain = shares_of(parse_open_recipe(RECIPE, "bench.toml").guess)
-    with_estimator = shares_of(parse_open_recipe(RECIPE + "[estimator]\n", "bench.toml").guess)
-    assert plain["estimator"] == 0.0 < with_estimator["estimator"]
-    for shares in (plain, with_estimator):
-        assert list(shares) == ["train", "validation", "estimator", "estimator_validation", "test"]
+def test_shares_follow_from_whether_there_are_an_estimator_and_a_bound() -> None:
+    estimator, bound = {"estimator", "estimator_validation"}, {"bound", "calibration"}
+    for more, parts in (
+        ("", set()),
+        ("[estimator]\n", estimator),
+        ("[bound]\n", bound),
+        ("[estimator]\n[bound]\n", estimator | bound),
+    ):
+        shares = shares_of(parse_open_recipe(RECIPE + more, "bench.toml").guess)
+        assert {part for part, share in shares.items() if share} == {
+            *("train", "validation", "test"),
+            *parts,
+        }
+        assert list(shares)[-1] == "test"
         assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_spans_of_a_bound_follow_from_the_step_where_they_are_not_given() -> None:
+    expert = "[bound.expert]\nshort_span = 0.5\n"
+    for more, short in (("[bound]\n", 0.1), (expert, 0.5)):
+        bound = parse_open_recipe(RECIPE + more, "bench.toml").guess.bound
+        assert bound is not None
+        assert (bound.expert.short_span, bound.expert.long_span) == pytest.approx((short, 1.0))
 
 
 @pytest.mark.parametrize(

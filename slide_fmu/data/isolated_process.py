@@ -28,7 +28,15 @@ Result = TypeVar("Result")
 
 
 class EndedError(RuntimeError):
-    """The program that did the work ended before it was done: a library crashed."""
+    """The program that did the work ended before it was done: a library crashed.
+
+    Attributes:
+        code: its exit code; the negative number of a signal that ended it.
+    """
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"the program that works in its own ended with the code {code}")
+        self.code = code
 
 
 def crosses(system: System) -> bool:
@@ -85,7 +93,7 @@ class IsolatedCall(Generic[Result]):
     def __exit__(self, *raised: object) -> None:
         assert self._program.stdin is not None
         if self._answer is None:
-            self._program.terminate()
+            self._program.kill()  # a library may not listen to milder signals
         with suppress(BrokenPipeError):
             self._program.stdin.close()
         self._program.wait()
@@ -99,6 +107,11 @@ class IsolatedCall(Generic[Result]):
         """Whether the function has raised an error already, which ``result`` raises."""
         return self._answer is not None and not self._answer[0]
 
+    def wait(self, seconds: float) -> bool:
+        """Wait for at most a time; return whether the program has answered, or ended."""
+        self._shows.join(seconds)
+        return not self._shows.is_alive()
+
     def result(self) -> Result:
         """Wait for the function, and return what it returns.
 
@@ -109,7 +122,7 @@ class IsolatedCall(Generic[Result]):
         self._shows.join()  # the program's input stays open, and ends when this process does
         if self._answer is None:
             code = self._program.wait()
-            raise EndedError(f"the program that works in its own ended with the code {code}")
+            raise EndedError(code)
         worked, result_or_error = self._answer
         if not worked:
             raise result_or_error

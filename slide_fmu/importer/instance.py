@@ -17,7 +17,7 @@ from fmpy.simulation import (
     settable_in_instantiated,
 )
 
-from slide_fmu.importer.calls import FailedCallError, GuardedCalls
+from slide_fmu.importer.calls import FailedCallError, GuardedCalls, Witness
 from slide_fmu.importer.description import experiment, is_fmi_3, start_time
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu
@@ -118,6 +118,10 @@ class Instance:
     def can_go_back(self) -> bool:
         """Tell whether the FMU says that its state can be saved and restored."""
         return bool(getattr(self.fmu.offer, "canGetAndSetFMUstate", False))
+
+    def tell(self, witness: Witness) -> None:
+        """Tell a witness of every further call."""
+        self._call.witness = witness
 
     def set_up(
         self,
@@ -245,6 +249,7 @@ class Instance:
             self.label,
             f"{error.reason}; its default experiment ends at {stop:g} s (stopTime), and the step "
             f"at {end:.9g} s: where it goes no further, export it with a later end",
+            error.discarded,
         )
 
     def set_slopes(self, references: Sequence[int], slopes: Sequence[float]) -> None:

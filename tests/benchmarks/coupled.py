@@ -28,13 +28,13 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.progress import Stages
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.errors import CoSimulationError
 from tests.benchmarks.coupled_trust import bound_in_the_loop, has_bound, speeds
 from tests.benchmarks.figures_out import measure_and_write
+from tests.couple_here import couple_here
 from tests.own_models.halves.cut_car import LINKS, relative_error, road, whole, write_halves
 
 METHODS = {
@@ -67,7 +67,7 @@ def ride(
 ) -> CoupledRun:
     """Run the car over a road; a surrogate says itself what its inputs do."""
     exact = halves["lower"].name == "lower.fmu"
-    return couple(
+    return couple_here(
         halves,
         LINKS,
         step=step,
@@ -121,7 +121,7 @@ def is_stable(halves: Mapping[str, Path], mass: float, step: float, how: Any) ->
     """Return whether a body with an offset comes to rest on a flat road."""
     count = max(FREE_STEPS, math.ceil(REST / step))
     try:
-        run = couple(
+        run = couple_here(
             halves,
             LINKS,
             step=step,

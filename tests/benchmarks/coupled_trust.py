@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.cosim.whole_run import run_fmu
@@ -24,6 +23,7 @@ from slide_fmu.importer.file import unpacked
 from slide_fmu.systems.base import Stepping
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
+from tests.couple_here import couple_here
 from tests.own_models.halves.cut_car import road, whole
 
 WHOLE = str(Path(__file__).parents[1] / "own_models" / "halves" / "whole_car.py")
@@ -62,7 +62,9 @@ def truth(reference: Path, inputs: Mapping[str, Any], run: CoupledRun, output: s
     """Return an output of an exact half at the samples of a run, under inputs over time, (N,)."""
     inputs = {f"half.{name}": values for name, values in inputs.items()}
     step, stop = run.figures.step_s / FINER, float(run.time[-1])
-    found = couple({"half": reference}, [], step=step, stop=stop, inputs=inputs, moving=["half"])
+    found = couple_here(
+        {"half": reference}, [], step=step, stop=stop, inputs=inputs, moving=["half"]
+    )
     return found[f"half.{output}"][::FINER]
 
 

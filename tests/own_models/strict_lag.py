@@ -13,7 +13,7 @@ LAG = 0.1
 """Its time constant in s; another copy is in C."""
 
 
-def build_strict_lag(
+def build_strict_lag(  # noqa: PLR0913 - ways in which an FMU may be strict, or worse
     path: Path,
     *,
     only_one: bool = False,
@@ -22,6 +22,9 @@ def build_strict_lag(
     start: float | None = 0.0,
     clock: float | None = None,
     end: float | None = None,
+    at_start: str = "",
+    at_step: str = "",
+    states: bool = False,
 ) -> Path:
     """Compile the lag of ``c/strict_lag_fmi2.c``, and write it as FMU.
 
@@ -33,22 +36,28 @@ def build_strict_lag(
         start: the only start time in s that it takes; any if None.
         clock: the time in s from which on another drive acts too.
         end: the time in s beyond which it takes no step.
+        at_start, at_step: statements in C that it does first when it is set up, and in each step
+            of a length ``step`` from a time ``begin``.
+        states: whether it can go back to a former state.
     """
     flags = [] if start is None else [f"-DSTART={start!r}"]
     flags += [] if clock is None else [f"-DCLOCK={clock!r}"]
     flags += ["-DONLY_ONE"] if only_one else []
     flags += [] if only_step is None else [f"-DONLY_STEP={only_step!r}"]
+    flags += [f"-DAT_START={at_start}"] * bool(at_start) + ["-DSTATES"] * states
+    flags += [f"-DAT_STEP={at_step}"] * bool(at_step)
     flags += [] if end is None else [f"-DEND={end!r}"]
     source = (HERE / "c" / "strict_lag_fmi2.c").read_text(encoding="utf-8")
     library = compiled(source, path.with_suffix(".so"), tuple(flags))
-    booleans = {"any": only_step is None, "once": only_one}
+    booleans = {"any": only_step is None, "once": only_one, "back": states}
     words = {name: str(value).lower() for name, value in booleans.items()}
     step = f'stepSize="{only_step or 0.01}"' if names_step else ""
     stop = "" if end is None else f'stopTime="{end}"'
     text = f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="lag" guid="{{{path.stem}}}">
   <CoSimulation modelIdentifier="lag" canBeInstantiatedOnlyOncePerProcess="{words["once"]}"
-      canHandleVariableCommunicationStepSize="{words["any"]}"/>
+      canHandleVariableCommunicationStepSize="{words["any"]}"
+      canGetAndSetFMUstate="{words["back"]}"/>
   <DefaultExperiment startTime="{start or 0.0}" {stop} {step}/>
   <ModelVariables>
     <ScalarVariable name="drive" valueReference="0" causality="input">

@@ -10,5 +10,6 @@ APP = App(
         "couple": "slide_fmu.apps.couple.couple",
         "write_ssp": "slide_fmu.apps.couple.ssp",
         "CoupledRun": "slide_fmu.apps.couple.result",
+        "StoppedRunError": "slide_fmu.apps.couple.result",
     },
 )

@@ -94,6 +94,12 @@ def couple(
             "linked and given inputs, and outputs.",
         ),
     ] = None,
+    deadline: Annotated[
+        float | None,
+        typer.Option(
+            help="Longest time in s of one call of an FMU of another tool. Default: 120.",
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -113,6 +119,7 @@ def couple(
     from slide_fmu.apps.couple.couple import run_coupled
     from slide_fmu.apps.couple.coupled_report import coupled_report, coupled_table
     from slide_fmu.apps.couple.options import CouplingOptions
+    from slide_fmu.apps.couple.result import StoppedRunError
     from slide_fmu.apps.couple.ssp import read_inputs, read_ssp
     from slide_fmu.apps.couple.structure import coupled_system, default_step, require_units
     from slide_fmu.importer.errors import FmuError
@@ -142,10 +149,17 @@ def couple(
             control=control,
             error=error,
             moving=tuple(moving or ()),
+            deadline=deadline,
             record=[ssp.outputs.get(name, name) for name in record or ()] or None,
         )
         _make_places(folder, table)
-        result = run_coupled(checked, options, bar("couple")).with_names(ssp.outputs)
+        try:
+            result = run_coupled(checked, options, bar("couple")).with_names(ssp.outputs)
+        except StoppedRunError as stopped:
+            if stopped.values is not None:
+                kept = stopped.values.with_names(ssp.outputs)
+                console.print(f"table   {kept.write(table)}, up to {kept.time[-1]:.6g} s")
+            raise
         result.write(table)
         page = coupled_report(system.stem, result, checked).write(folder)
     write_json(json_path, result.figures)

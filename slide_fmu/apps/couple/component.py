@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from slide_fmu.fmu.description.variables import (
     PREHISTORY_KNOWN,
     REFERENCES_PER_KIND,
 )
+from slide_fmu.importer.calls import Witness
 from slide_fmu.importer.description import (
     WHOLE,
     experiment,
@@ -46,6 +48,25 @@ Nodes = Sequence[tuple[float, float]]
 """Parts of a step, the last one 1, at which outputs are read, with their weights in the mean."""
 
 WHOLE_STEP: Nodes = ((1.0, 1.0),)
+
+
+MOST_PARTS = 10
+"""A step that an FMU discards is halved at most this number of times."""
+
+
+class DiscardedError(CoSimulationError):
+    """A DiscardedError tells that an FMU discarded a step.
+
+    Attributes:
+        halves: whether the FMU could go back and take half the step.
+    """
+
+    def __init__(self, reason: str, halves: bool = False) -> None:
+        super().__init__(reason, halves)
+        self.halves = halves
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class StepOutputs(NamedTuple):
@@ -75,6 +96,8 @@ class Component:
         follows: the same of linked inputs and courses.
         given: names of the variables to which users give start values.
         knows_past: whether an FMU of ours learns that its first inputs have always acted.
+        careful: whether the state is saved before each step, so that a half can take the place of
+            one that the FMU discards.
     """
 
     name: str
@@ -90,6 +113,7 @@ class Component:
     follows: bool = True
     given: Collection[str] = ()
     knows_past: bool = False
+    careful: bool = False
 
     def __post_init__(self) -> None:
         instance = self.instance
@@ -118,6 +142,11 @@ class Component:
         """
         return length <= self._slopes_up_to
 
+    @property
+    def halves(self) -> bool:
+        """Whether the FMU can go back from a step that it discards, and take half of it."""
+        return self.rolls_back and self.own_step is None
+
     def advance(
         self, time: float, length: float, before: FloatArray, now: FloatArray, slopes: bool = False
     ) -> StepOutputs:
@@ -136,8 +165,12 @@ class Component:
             begin, piece = time + done * length, (part - done) * length
             # held inputs are their means over the step, or over each step of its own
             middle = time + 0.5 * length if self.own_step is None else begin + 0.5 * piece
-            self._set_inputs(begin, piece, before, now, (done, part), length, middle)
-            self._do_step(begin, piece)
+            if self.careful:
+                values = partial(self._set_inputs, before=before, now=now, length=length)
+                self._piece(values, time, length, (done, part), middle)
+            else:
+                self._set_inputs(begin, piece, before, now, (done, part), length, middle)
+                self._do_step(begin, piece)
             mean = mean + weight * (end := self.read())
             if slopes:  # at a node, an input that moves has moved by this part of its change
                 end_slopes = (1.0 if self.inputs == "held" else part) * self._slopes()
@@ -147,6 +180,32 @@ class Component:
             self.set_linked(now, time + length)
             end = self.read()
         return StepOutputs(mean, end, (mean_slopes, end_slopes) if slopes else None)
+
+    def _piece(
+        self,
+        set_inputs: Callable[..., None],
+        time: float,
+        length: float,
+        parts: tuple[float, float],
+        middle: float,
+        halved: int = 0,
+    ) -> None:
+        """Take a piece of a step, from one part of it to another; or two halves of it in turn."""
+        begin, piece = time + parts[0] * length, (parts[1] - parts[0]) * length
+        state = self.instance.save()
+        try:
+            set_inputs(begin, piece, parts=parts, middle=middle)
+            self._do_step(begin, piece)
+            return
+        except DiscardedError:
+            if halved == MOST_PARTS:
+                raise
+            self.instance.restore(state)
+        finally:
+            self.instance.free_state(state)
+        half = 0.5 * (parts[0] + parts[1])
+        for ends in ((parts[0], half), (half, parts[1])):
+            self._piece(set_inputs, time, length, ends, middle, halved + 1)
 
     def _set_inputs(
         self,
@@ -196,6 +255,9 @@ class Component:
                 f"{values or 'no linked inputs'}; expected it to be taken: see whether inputs are "
                 "in range; where they grow, choose a shorter step or the method newton"
             )
+            if getattr(error, "discarded", False):
+                able = "" if self.rolls_back else ", and it cannot go back (canGetAndSetFMUstate)"
+                raise DiscardedError(f"{error}, {where}{able}", self.halves) from error
             kind = LostError if isinstance(error, LostError) else CoSimulationError
             raise kind(f"{error}, {where}") from error
 
@@ -269,17 +331,26 @@ def is_ours(description: Any) -> bool:
 
 
 @contextmanager
-def instance_of(system: CoupledSystem, name: str) -> Iterator[Instance]:
+def instance_of(
+    system: CoupledSystem,
+    name: str,
+    witness: Witness | None = None,
+) -> Iterator[Instance]:
     """Instantiate the FMU of a component for the time of a ``with`` block.
+
+    The witness is told of its calls.
 
     Raises:
         CoSimulationError: its library cannot be loaded, or it refuses a call.
     """
-    with (
-        unpacked(system.paths[name]) as fmu,
-        instantiated(fmu, f"component {name!r}", name) as instance,
-    ):
-        yield instance
+    with unpacked(system.paths[name]) as fmu:
+        if witness is not None:
+            witness.begin("its instantiation")
+        with instantiated(fmu, f"component {name!r}", name) as instance:
+            if witness is not None:
+                witness.end()
+                instance.tell(witness)
+            yield instance
 
 
 def open_component(

@@ -9,8 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slide_fmu.apps.couple.component import DiscardedError
+from slide_fmu.apps.couple.divergence import EVERY, Limits
 from slide_fmu.apps.couple.loop import SMALL, Loop
 from slide_fmu.apps.couple.methods import Explicit, Method, Solution
+from slide_fmu.apps.couple.rows import RowKeeper, Rows
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.importer.errors import CoSimulationError, LostError
@@ -33,18 +36,14 @@ class AcceptedSteps(NamedTuple):
     """AcceptedSteps are the result of all steps of a run.
 
     Attributes:
-        time: communication points in s, (N,).
-        outputs, inputs, watched: outputs, linked inputs and watched variables there, (N, n) each.
+        rows: values at the communication points.
         iterations: of each step.
         rejected: number of rejected steps.
         zigzag: words on inputs that zigzag at the end; empty if none do.
         missed: by which part of its motion each linked input was wrong in a step, (n_links,).
     """
 
-    time: FloatArray
-    outputs: FloatArray
-    inputs: FloatArray
-    watched: FloatArray
+    rows: Rows
     iterations: list[int]
     rejected: int
     zigzag: str
@@ -71,17 +70,25 @@ class Control:
     limit: str = ""
 
 
-def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) -> AcceptedSteps:
-    """Take all steps.
+def run_steps(
+    loop: Loop,
+    method: Method,
+    control: Control,
+    progress: Progress,
+    keeper: RowKeeper,
+    limits: Limits,
+) -> AcceptedSteps:
+    """Take all steps; the keeper gets a row for each.
 
     Raises:
+        DivergedError: a value left all ranges.
         CoSimulationError: a component cannot go back, which control needs, a step would be too
             short, or iterations of the shortest step do not end.
     """
     if control.kind is not None:
         _require_states(loop)
     count = round(control.stop / control.step)
-    times, outputs, inputs, watched = [0.0], [loop.outputs], [loop.inputs], [loop.watch()]
+    keeper.add(0.0, loop.outputs, loop.inputs, loop.watch())
     iterations, rejected, halvings = [], 0, 0
     missed: list[FloatArray] = []
     progress(0, count)
@@ -92,39 +99,44 @@ def run_steps(loop: Loop, method: Method, control: Control, progress: Progress) 
         try:
             solution, error = _controlled(loop, method, control, (time, length))
         except CoSimulationError as failed:
-            words = zigzag(loop, method, inputs)
-            raise CoSimulationError(f"{failed}; {words}" if words else str(failed)) from failed
+            limits.require(keeper)
+            words = zigzag(loop, method, keeper.inputs)
+            if not words or isinstance(failed, DiscardedError):
+                raise
+            raise CoSimulationError(f"{failed}; {words}") from failed
         if solution is None:
             rejected, halvings = rejected + 1, halvings + 1
             if halvings > control.most:
-                remedy = "choose a shorter step"
-                if control.limit:
-                    remedy = (
-                        f"make the FMU of {control.limit!r} with a shorter step, since a "
-                        "controlled step is at least two of its own"
-                    )
-                raise CoSimulationError(
-                    f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; "
-                    f"expected at most {control.error:g}: allow more, or {remedy}"
-                )
+                raise _too_short(control, error, time, length)
             continue
         place += width
         iterations += [s.iterations for s in solution]
         missed.append(np.max([np.abs(s.inputs - s.given) for s in solution], axis=0))
-        times.append(place / one * control.step)
-        outputs.append(loop.outputs)
-        inputs.append(loop.inputs)
-        watched.append(loop.watch())
+        keeper.add(place / one * control.step, loop.outputs, loop.inputs, loop.watch())
+        if len(keeper.times) % EVERY == 0:
+            limits.require(keeper)
         if halvings and error < EASY * control.error and place % (2 * width) == 0:
             halvings -= 1
         if place % one == 0:
             progress(place // one, count)
-    rows = (np.array(values).reshape(len(times), -1) for values in (outputs, inputs, watched))
-    all_outputs, all_inputs, all_watched = rows
-    words = zigzag(loop, method, inputs)
-    every = np.array(times), all_outputs, all_inputs, all_watched
+    limits.require(keeper)
+    rows, words = keeper.rows(), zigzag(loop, method, keeper.inputs)
     return AcceptedSteps(
-        *every, iterations, rejected, words, _parts(loop, all_inputs, np.array(missed))
+        rows, iterations, rejected, words, _parts(loop, rows.inputs, np.array(missed))
+    )
+
+
+def _too_short(control: Control, error: float, time: float, length: float) -> CoSimulationError:
+    """Return the error of a step, time and length in s, that cannot be halved any more."""
+    remedy = "choose a shorter step"
+    if control.limit:
+        remedy = (
+            f"make the FMU of {control.limit!r} with a shorter step, since a controlled step is "
+            "at least two of its own"
+        )
+    return CoSimulationError(
+        f"step from {time:.9g} s: its error is {error:.3g} with {length:g} s; expected at most "
+        f"{control.error:g}: allow more, or {remedy}"
     )
 
 

@@ -1,41 +1,17 @@
-"""FMUs are coupled: opened, initialized together, and run from step to step."""
+"""FMUs are coupled: they run together from step to step."""
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from slide_fmu.apps.couple.component import (
-    Inputs,
-    inputs_of,
-    instance_of,
-    is_ours,
-    is_trained,
-    open_component,
-)
-from slide_fmu.apps.couple.control import MOST_HALVINGS, AcceptedSteps, Control, run_steps
-from slide_fmu.apps.couple.initialization import initialize
-from slide_fmu.apps.couple.loop import Loop
-from slide_fmu.apps.couple.methods import Explicit, Implicit, Method
-from slide_fmu.apps.couple.options import IMPLICIT, CouplingOptions
-from slide_fmu.apps.couple.remarks import remarks_on
-from slide_fmu.apps.couple.result import CoupledFigures, CoupledRun
-from slide_fmu.apps.couple.structure import (
-    CoupledSystem,
-    Pin,
-    coupled_system,
-    recorded_pin,
-    unit_of,
-)
+from slide_fmu.apps.couple.apart import can_go_apart, is_foreign, run_apart
+from slide_fmu.apps.couple.options import CouplingOptions
+from slide_fmu.apps.couple.result import CoupledRun
+from slide_fmu.apps.couple.run import run_here
+from slide_fmu.apps.couple.structure import CoupledSystem, coupled_system
 from slide_fmu.core.progress import Progress, quiet
-from slide_fmu.core.signals import FloatArray
-from slide_fmu.fmu.description.variables import BOUND_FILLED, TRUSTED
-from slide_fmu.importer.description import is_multiple, only_step
 
 
 def couple(  # noqa: PLR0913 - its options are the keywords that users read
@@ -55,8 +31,11 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
     error: float | None = None,
     record: Sequence[str] | None = None,
     moving: Sequence[str] = (),
+    deadline: float | None = None,
 ) -> CoupledRun:
     """Run several FMUs together, and return their values over time.
+
+    FMUs of other tools run in a program of their own: one that crashes does not end yours.
 
     Args:
         fmus: files of FMUs for co-simulation, by the names of the components, in the order of
@@ -79,8 +58,13 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
             default.
         moving: components whose FMUs move inputs to the set value by the end of a step, although
             their description does not say so.
+        deadline: the longest time in s that one call of an FMU of another tool may take; 120 by
+            default.
 
     Raises:
+        StoppedRunError: the same as of a CoSimulationError, once there are values: it has those
+            before it stopped. Or an FMU ended its program, did not return within the deadline, or
+            diverged.
         CoSimulationError: an FMU cannot be run or reports an error, the method cannot run this
             system, or iterations do not end.
         FmuError: a file is no FMU.
@@ -98,6 +82,7 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
         error=error,
         record=record,
         moving=moving,
+        deadline=deadline,
     )
     return run_coupled(system, options, progress)
 
@@ -105,139 +90,18 @@ def couple(  # noqa: PLR0913 - its options are the keywords that users read
 def run_coupled(
     system: CoupledSystem, options: CouplingOptions, progress: Progress = quiet
 ) -> CoupledRun:
-    """Run a system that was read; errors are as for ``couple``."""
-    _require_steps(system, options)
-    recorded = _recorded(system, options)
-    with ExitStack() as stack:
-        components = []
-        for name in system.paths:
-            plain = options.method == "jacobi" and options.extrapolation == "zero"
-            moving = name in options.moving
-            inputs: Inputs = "reached" if moving else inputs_of(system, name, plain)
-            instance = stack.enter_context(instance_of(system, name))
-            read = _sources(system, name), _watched(system, name, recorded)
-            components.append(open_component(system, name, instance, inputs, read))
-        loop, remarks = initialize(system, components, options)
-        began = clock.perf_counter()
-        method = _method(options)
-        most, limit = min(_halvings(system, options))
-        control = Control(options.control, options.error, options.step, options.stop, most, limit)
-        run = run_steps(loop, method, control, progress)
-        seconds = clock.perf_counter() - began
-        for one in components:
-            one.instance.terminate()
-    remarks += remarks_on(system, options, components, run)
-    values = _values(system, loop, recorded, run)
-    units = {str(pin): unit_of(system.variable(pin)) for pin in recorded}
-    figures = CoupledFigures(
-        options.method,
-        options.extrapolation,
-        options.step,
-        len(run.time) - 1,
-        run.rejected,
-        float(np.min(np.diff(run.time))),
-        float(np.mean(run.iterations)),
-        int(np.max(run.iterations)),
-        {one.name: one.steps for one in components},
-        {one.name: one.inputs for one in components},
-        seconds,
-        remarks,
-    )
-    return CoupledRun(run.time, values, units, figures)
+    """Run a system that was read; errors are as for ``couple``.
 
-
-def _method(options: CouplingOptions) -> Method:
-    if options.method in IMPLICIT:
-        return Implicit(options.method == "newton", options.tolerance, options.iterations)
-    return Explicit(options.method == "gauss_seidel", options.extrapolation == "linear")
-
-
-def _require_steps(system: CoupledSystem, options: CouplingOptions) -> None:
-    """Refuse a step that is no multiple of the own step of an FMU with steps of one length."""
-    unknown = sorted(set(options.moving) - set(system.paths))
-    if unknown:
-        raise ValueError(f"moving = {unknown}; expected some of {list(system.paths)}")
-    for name in system.paths:
-        own = only_step(system.descriptions[name])
-        if own is None:
-            continue
-        count = options.step / own
-        if options.control is not None and round(count) % 2 == 1:
-            raise ValueError(
-                f"control = {options.control!r} halves steps of {options.step:g} s; "
-                f"component {name!r} takes only multiples of {own:g} s: choose 2, 4, 8 ... times "
-                "as much, or leave control out"
-            )
-        if not is_multiple(options.step, own):
-            raise ValueError(
-                f"step = {options.step:g} s; expected a multiple of {own:g} s, the step of "
-                f"component {name!r}, which takes no other one"
-            )
-
-
-def _halvings(system: CoupledSystem, options: CouplingOptions) -> list[tuple[int, str]]:
-    """Return how often a step can be halved for each FMU with steps of one length, by its name.
-
-    The shortest step is tried by two halves too. Without such FMUs a limit without a name counts.
+    Where FMUs of other tools take part, all run in a program of their own, unless inputs are
+    functions of this session, which cannot be sent there.
     """
-    steps = {name: only_step(one) for name, one in system.descriptions.items()}
-    counts = {name: round(options.step / own) for name, own in steps.items() if own is not None}
-    halvings = [((count & -count).bit_length() - 2, name) for name, count in counts.items()]
-    return [(MOST_HALVINGS, ""), *halvings]
-
-
-def _recorded(system: CoupledSystem, options: CouplingOptions) -> list[Pin]:
-    """Return the variables whose values are in the result."""
-    if options.record is not None:
-        return [recorded_pin(system, name) for name in dict.fromkeys(options.record)]
-    used = [link.target for link in system.links] + list(system.courses)
-    outputs = [
-        Pin(name, variable) for name in system.paths for variable in _plain_outputs(system, name)
-    ]
-    return [*used, *outputs]
-
-
-def _plain_outputs(system: CoupledSystem, name: str) -> list[str]:
-    """Return the outputs of a component; of an FMU of ours, only what it was trained to give."""
-    description = system.descriptions[name]
-    names = system.names(name, "output")
-    if not is_ours(description):
-        return names
-    references = {v.name: v.valueReference for v in description.modelVariables}
-    return [one for one in names if is_trained(references[one])]
-
-
-def _sources(system: CoupledSystem, name: str) -> list[str]:
-    """Return the outputs of a component that links start from."""
-    pins = [link.source for link in system.links]
-    return list(dict.fromkeys(pin.variable for pin in pins if pin.component == name))
-
-
-def _watched(system: CoupledSystem, name: str, recorded: Sequence[Pin]) -> list[str]:
-    """Return what else of a component is read: for the result, and whether it is trusted."""
-    known = {link.target for link in system.links} | set(system.courses)
-    known |= {link.source for link in system.links}
-    recorded_here = [
-        pin.variable for pin in recorded if pin.component == name and pin not in known
-    ]
-    judged = is_ours(system.descriptions[name]) and TRUSTED in system.names(
-        name, "output", flags=True
+    if not is_foreign(system):
+        return run_here(system, options, progress)
+    if can_go_apart(system):
+        return run_apart(system, options, progress)
+    run = run_here(system, options, progress)
+    return run.with_remark(
+        "FMUs ran in this program, since inputs are functions of a session, which cannot be sent "
+        "to another one: an FMU that crashes ends this one, and no call has a deadline; define "
+        "the functions in a module, or give tables"
     )
-    return list(dict.fromkeys([*recorded_here, *((TRUSTED, BOUND_FILLED) if judged else ())]))
-
-
-def _values(
-    system: CoupledSystem, loop: Loop, recorded: Sequence[Pin], run: AcceptedSteps
-) -> dict[str, FloatArray]:
-    """Return what is recorded, by name, (N,) each."""
-    every = loop.components
-    outputs = {Pin(one.name, name): None for one in every for name in one.outputs}
-    watched = {Pin(one.name, name): None for one in every for name in one.watched}
-    inputs = {link.target: None for link in system.links}
-    columns = {
-        **dict(zip(outputs, run.outputs.T, strict=True)),
-        **dict(zip(watched, run.watched.T, strict=True)),
-        **dict(zip(inputs, run.inputs.T, strict=True)),
-        **{pin: np.array([course(t) for t in run.time]) for pin, course in system.courses.items()},
-    }
-    return {str(pin): columns[pin] for pin in recorded}

@@ -44,6 +44,7 @@ class CouplingOptions:
     error: float = 1e-3
     record: Sequence[str] | None = None
     moving: Sequence[str] = ()
+    deadline: float = 120.0
 
     @classmethod
     def of(cls, **given: Any) -> CouplingOptions:
@@ -81,7 +82,7 @@ class CouplingOptions:
                 f"control = 'predictor' with the method {self.method!r}; expected one of "
                 f"{list(IMPLICIT)}, which correct the predicted inputs: or choose 'halving'"
             )
-        for name in ("step", "stop", "tolerance", "error"):
+        for name in ("step", "stop", "tolerance", "error", "deadline"):
             value = getattr(self, name)
             number = isinstance(value, int | float | np.number)
             if not number or not (np.isfinite(value) and value > 0):

@@ -113,7 +113,7 @@ def _on_steps(
     system: CoupledSystem, options: CouplingOptions, run: AcceptedSteps
 ) -> Iterator[str]:
     """Say which surrogates have longer or shorter steps of their own."""
-    usual = float(np.median(np.diff(run.time)))  # s
+    usual = float(np.median(np.diff(run.rows.time)))  # s
     by = "" if options.method in IMPLICIT else ", by an implicit method"  # explicit may need it
     for name, one in system.descriptions.items():
         if not is_ours(one) or one.defaultExperiment is None or not one.defaultExperiment.stepSize:
@@ -157,9 +157,9 @@ def _on_misses(
 
 def _on_ranges(system: CoupledSystem, run: AcceptedSteps) -> Iterator[str]:
     """Say which inputs left the ranges that their FMUs declare."""
-    linked = zip((link.target for link in system.links), run.inputs.T, strict=True)
+    linked = zip((link.target for link in system.links), run.rows.inputs.T, strict=True)
     constant = [
-        (pin, np.full(len(run.time), value))
+        (pin, np.full(len(run.rows.time), value))
         for name, values in system.parameters.items()
         for variable, value in values.items()
         if system.variable(pin := Pin(name, variable)).causality == "input"
@@ -168,7 +168,7 @@ def _on_ranges(system: CoupledSystem, run: AcceptedSteps) -> Iterator[str]:
     ]
     given = [
         *(
-            (pin, np.array([course(t) for t in run.time]))
+            (pin, np.array([course(t) for t in run.rows.time]))
             for pin, course in system.courses.items()
         ),
         *constant,
@@ -178,7 +178,7 @@ def _on_ranges(system: CoupledSystem, run: AcceptedSteps) -> Iterator[str]:
         (given, ""),
     ):
         for pin, values in pins:
-            yield from _on_range(system, run.time, pin, values, remedy)
+            yield from _on_range(system, run.rows.time, pin, values, remedy)
 
 
 def _on_range(
@@ -202,7 +202,7 @@ def _on_range(
 def _on_flags(components: Sequence[Component], run: AcceptedSteps) -> Iterator[str]:
     """Say how often surrogates are not trusted, once they know their past."""
     names = [(one.name, variable) for one in components for variable in one.watched]
-    values = dict(zip(names, run.watched.T, strict=True))
+    values = dict(zip(names, run.rows.watched.T, strict=True))
     for name in dict.fromkeys(name for name, variable in names if variable == TRUSTED):
         trusted = values[name, TRUSTED][values[name, BOUND_FILLED] >= 1]
         share = float(np.mean(trusted == 0)) if len(trusted) else 0.0

@@ -12,6 +12,7 @@ import numpy as np
 
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.signals import FloatArray
+from slide_fmu.importer.errors import CoSimulationError
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,53 @@ class CoupledFigures:
 
 
 @dataclass(frozen=True, eq=False)
+class CoupledValues:
+    """CoupledValues are what a run has computed, perhaps up to where it stopped.
+
+    Attributes:
+        time: communication points in s, (N,).
+        values: by ``COMPONENT.VARIABLE``, in their units, (N,) each.
+        units: of the values; empty where an FMU names none.
+    """
+
+    time: FloatArray
+    values: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+
+    def with_names(self, names: Mapping[str, str]) -> CoupledValues:
+        """Return them with further names, each with the present one."""
+        known = {name: one for name, one in names.items() if one in self.values}
+        values = {**self.values, **{name: self.values[one] for name, one in known.items()}}
+        units = {**self.units, **{name: self.units[one] for name, one in known.items()}}
+        return replace(self, values=values, units=units)
+
+    def write(self, path: str | Path) -> Path:
+        """Write a table as CSV, with a column for the time and for each value; return its path."""
+        table = np.column_stack([self.time, *self.values.values()])
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")  # names of Modelica may have commas
+        rows.writerow(["time", *self.values])
+        rows.writerows([f"{value:.9g}" for value in row] for row in table)
+        write_whole(Path(path), text.getvalue().encode("utf-8"))
+        return Path(path)
+
+
+class StoppedRunError(CoSimulationError):
+    """A StoppedRunError tells why a coupled run stopped before its end.
+
+    Attributes:
+        values: what was computed until then; None if nothing was.
+    """
+
+    def __init__(self, reason: str, values: CoupledValues | None = None) -> None:
+        super().__init__(reason, values)
+        self.values = values
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+@dataclass(frozen=True, eq=False)
 class CoupledRun:
     """A CoupledRun is the result of ``couple``.
 
@@ -69,17 +117,18 @@ class CoupledRun:
 
     def with_names(self, names: Mapping[str, str]) -> CoupledRun:
         """Return the result with further names of its values, each with the present one."""
-        known = {name: one for name, one in names.items() if one in self.values}
-        values = {**self.values, **{name: self.values[one] for name, one in known.items()}}
-        units = {**self.units, **{name: self.units[one] for name, one in known.items()}}
-        return replace(self, values=values, units=units)
+        named = self._all.with_names(names)
+        return replace(self, values=named.values, units=named.units)
+
+    def with_remark(self, remark: str) -> CoupledRun:
+        """Return the result with a further remark."""
+        figures = replace(self.figures, remarks=[*self.figures.remarks, remark])
+        return replace(self, figures=figures)
 
     def write(self, path: str | Path) -> Path:
         """Write a table as CSV, with a column for the time and for each value; return its path."""
-        table = np.column_stack([self.time, *self.values.values()])
-        text = io.StringIO()
-        rows = csv.writer(text, lineterminator="\n")  # names of Modelica may have commas
-        rows.writerow(["time", *self.values])
-        rows.writerows([f"{value:.9g}" for value in row] for row in table)
-        write_whole(Path(path), text.getvalue().encode("utf-8"))
-        return Path(path)
+        return self._all.write(path)
+
+    @property
+    def _all(self) -> CoupledValues:
+        return CoupledValues(self.time, self.values, self.units)

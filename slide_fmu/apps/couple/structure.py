@@ -42,6 +42,17 @@ class ValueTable:
 
 
 @dataclass(frozen=True)
+class ConstantValue:
+    """A ConstantValue is the same at any time."""
+
+    value: float
+
+    def __call__(self, time: float) -> float:
+        """Return the value."""
+        return self.value
+
+
+@dataclass(frozen=True)
 class ValueFunction:
     """A ValueFunction has values of an input, by name, that a function of the time in s gives."""
 
@@ -357,7 +368,7 @@ def _course(name: str, given: Any) -> Course:
         return ValueFunction(name, given)
     if isinstance(given, numbers.Real):
         _require_number(name, given, REALS[0])
-        return lambda time: float(given)
+        return ConstantValue(float(given))
     try:
         pair = tuple(given)
     except TypeError:

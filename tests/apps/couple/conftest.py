@@ -19,6 +19,12 @@ def unchanged_path() -> Iterator[None]:
     sys.path[:] = before
 
 
+@pytest.fixture(autouse=True)
+def in_this_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let all FMUs run in this program, which saves half a second in each run."""
+    monkeypatch.setattr("slide_fmu.apps.couple.couple.is_foreign", lambda system: False)
+
+
 @pytest.fixture(scope="session")
 def halves(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Both halves, which can go back to a former state."""

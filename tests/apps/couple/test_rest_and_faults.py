@@ -151,7 +151,7 @@ def test_fmu_is_not_called_again_after_a_fatal_error(
         [sys.executable, "-c", FAILS, given], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("CoSimulationError component 'mass': fmi2DoStep failed")
+    assert done.stdout.startswith("StoppedRunError component 'mass': fmi2DoStep failed")
     assert "force = " in done.stdout
 
 

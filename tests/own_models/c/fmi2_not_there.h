@@ -6,9 +6,11 @@ NOT_THERE(fmi2GetString, fmi2Component c, const fmi2ValueReference r[], size_t n
 NOT_THERE(fmi2SetInteger, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Integer v[])
 NOT_THERE(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Boolean v[])
 NOT_THERE(fmi2SetString, fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2String v[])
+#ifndef STATES
 NOT_THERE(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
 NOT_THERE(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
 NOT_THERE(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+#endif
 NOT_THERE(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
 NOT_THERE(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
 NOT_THERE(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)

@@ -1,8 +1,11 @@
 /* A lag as FMU of FMI 2.0 for co-simulation, which is strict in what it takes: one instance (ONLY_ONE),
  * multiples of one step (ONLY_STEP), one start time (START), no time beyond an end (END). What is
  * wrong it logs by a format and its numbers. With CLOCK, a time, another drive acts from that time on.
- * Value references: 0 drive, 1 level. */
+ * AT_START and AT_STEP are what else it does then, and with STATES it goes back. Value references: 0 drive, 1 level. */
 #include <math.h>
+#include <stdio.h>
+#include <signal.h>
+#include <unistd.h>
 #include <stdlib.h>
 
 #include "fmi2Functions.h"
@@ -50,6 +53,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 #ifdef START
     if (start != START) REFUSE(((Lag *)c)->callbacks, "start time must be %g s, got %g s", START, start);
 #endif
+#ifdef AT_START
+    AT_START
+#endif
     ((Lag *)c)->time = start;
     return fmi2OK;
 }
@@ -73,6 +79,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real begin, fmi2Real step, fmi2Boolean forget) {
     Lag *lag = c;
+#ifdef AT_STEP
+    AT_STEP
+#endif
     if (fabs(begin - lag->time) > 1e-9) REFUSE(lag->callbacks, "expected the time %g s, got %g s", lag->time, begin);
 #ifdef ONLY_STEP
     if (fabs(step / ONLY_STEP - round(step / ONLY_STEP)) > 1e-6 || step < 0.5 * ONLY_STEP)
@@ -90,6 +99,22 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real begin, fmi2Real step, fmi2Boolea
     return fmi2OK;
 }
 
+#ifdef STATES
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if (*state == NULL) *state = malloc(sizeof(Lag));
+    *(Lag *)*state = *(Lag *)c;
+    return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    *(Lag *)c = *(Lag *)state;
+    return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    free(*state);
+    *state = NULL;
+    return fmi2OK;
+}
+#endif
 #include "fmi2_not_there.h"
 NOT_THERE(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference u[], size_t n,
           const fmi2ValueReference k[], size_t m, const fmi2Real along[], fmi2Real changes[])

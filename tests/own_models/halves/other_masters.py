@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.ssp import read_ssp
 from slide_fmu.apps.reference.input_source import write_input_source
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.cosim.ssp import Connection, write_system
 from tests.acceptance.importers import Outputs, run_ecos, run_fmpy, run_libcosim
+from tests.couple_here import couple_here
 from tests.own_models.halves.cut_car import LINKS, road
 
 MASTERS: Mapping[str, Callable[[Path, Outputs, float, int], FloatArray]] = {
@@ -48,7 +48,7 @@ def ours(ssp: Path, outputs: Outputs, step: float, steps: int, **options: Any) -
     """Run an SSP with ``couple``, and return what other masters do, shape (steps, n_outputs)."""
     with TemporaryDirectory() as folder:
         found = read_ssp(ssp, Path(folder))
-        run = couple(
+        run = couple_here(
             found.fmus,
             found.connections,
             step=step,

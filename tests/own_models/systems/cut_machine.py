@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slide_fmu.apps.couple.couple import couple
 from slide_fmu.apps.couple.result import CoupledRun
 from slide_fmu.apps.reference.reference_slave import write_reference_fmu
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.systems.base import Stepping, go_on
 from slide_fmu.systems.loading import load_system
 from slide_fmu.systems.specification import Specification
+from tests.couple_here import couple_here
 
 Partner = Mapping[str, float]
 """Parameters of the partner, by name."""
@@ -100,7 +100,7 @@ class CutMachine:
             "partner": lambda: self.write_partner(folder, step, partner),
             "half": lambda: self.write_half(folder, step),
         }
-        return couple(
+        return couple_here(
             {name: surrogates.get(name) or write() for name, write in exact.items()},
             self.links,
             step=step,

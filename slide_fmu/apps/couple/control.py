@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slide_fmu.apps.couple.component import DiscardedError
-from slide_fmu.apps.couple.divergence import EVERY, Limits
+from slide_fmu.apps.couple.divergence import EVERY, DivergedError, Limits
 from slide_fmu.apps.couple.loop import SMALL, Loop
 from slide_fmu.apps.couple.methods import Explicit, Method, Solution
 from slide_fmu.apps.couple.rows import RowKeeper, Rows
@@ -99,7 +99,7 @@ def run_steps(
         try:
             solution, error = _controlled(loop, method, control, (time, length))
         except CoSimulationError as failed:
-            limits.require(keeper)
+            _require_near(limits, keeper, loop, method)
             words = zigzag(loop, method, keeper.inputs)
             if not words or isinstance(failed, DiscardedError):
                 raise
@@ -114,16 +114,27 @@ def run_steps(
         missed.append(np.max([np.abs(s.inputs - s.given) for s in solution], axis=0))
         keeper.add(place / one * control.step, loop.outputs, loop.inputs, loop.watch())
         if len(keeper.times) % EVERY == 0:
-            limits.require(keeper)
+            _require_near(limits, keeper, loop, method)
         if halvings and error < EASY * control.error and place % (2 * width) == 0:
             halvings -= 1
         if place % one == 0:
             progress(place // one, count)
-    limits.require(keeper)
+    _require_near(limits, keeper, loop, method)
     rows, words = keeper.rows(), zigzag(loop, method, keeper.inputs)
     return AcceptedSteps(
         rows, iterations, rejected, words, _parts(loop, rows.inputs, np.array(missed))
     )
+
+
+def _require_near(limits: Limits, keeper: RowKeeper, loop: Loop, method: Method) -> None:
+    """Refuse values that left all ranges, and say whether they went to and fro."""
+    try:
+        limits.require(keeper)
+    except DivergedError as diverged:
+        words = zigzag(loop, method, keeper.inputs)
+        if not words:
+            raise
+        raise DivergedError(f"{diverged}; {words}") from diverged
 
 
 def _too_short(control: Control, error: float, time: float, length: float) -> CoSimulationError:

@@ -64,7 +64,7 @@ def ride(folder: Path, hold: Hold, stop: float) -> CoupledRun:
 
 @pytest.mark.extended
 def test_force_of_a_damper_that_zigzags_is_named_with_the_remedy(tmp_path: Path) -> None:
-    run = ride(tmp_path, "first_order", 0.2)
+    run = ride(tmp_path, "first_order", 0.15)
     (remark,) = [one for one in run.figures.remarks if "zigzag" in one]
     assert remark.startswith("a zigzag: damper.place and mass.force went to and fro from step")
     assert 'hold = "zero_order"' in remark

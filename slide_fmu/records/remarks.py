@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slide_fmu.core.measures import percent
+from slide_fmu.core.measures import percent, rms
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.memory.stability import SEQUENCES
 from slide_fmu.network.state_space.network import StateSpace
@@ -31,6 +31,9 @@ from slide_fmu.validation.results import Validation
 
 CUT_OFF = 1.5
 """A window is too short where the FMU's error is this many times that of the free network."""
+KNOWN, COSTLY = 50, 2.0
+"""Number of first outputs that say in which state a sequence begins; an unknown start is remarked
+where its error is this many times the one with these outputs."""
 APART = 2e-3
 """Outputs have several positions of rest if these differ by more than this part of their standard
 deviation: twice the usual remaining amplitude. Networks of systems that forget reach 1e-5."""
@@ -47,6 +50,7 @@ def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[s
         *remarks_on_division(in_range.recipe, source),
         *_on_what_is_cut_off(in_range),
         *_on_rest(source, in_range),
+        *_on_unknown_start(in_range),
     )
 
 
@@ -65,6 +69,47 @@ def _on_what_is_cut_off(validation: Validation) -> list[str]:
                 "that helps"
             )
     return remarks
+
+
+def _on_unknown_start(validation: Validation) -> list[str]:
+    """Say what it costs that nobody knows what was before the first sample of a sequence."""
+    costs = costs_of_start(validation)
+    if costs is None:
+        return []
+    surrogate = validation.surrogate
+    return [
+        f"output {signal.name!r}: along the first window of {surrogate.window.n_in} samples, a "
+        f"start in mid-motion has an error of {percent(unknown)} if nothing is known before it, "
+        f"and of {percent(known)} if the first {KNOWN} outputs are: give them to predict "
+        "(known_outputs)"
+        for signal, (unknown, known) in zip(surrogate.outputs, costs.T.tolist(), strict=True)
+        if unknown > COSTLY * known
+    ]
+
+
+def costs_of_start(validation: Validation) -> FloatArray | None:
+    """Return the errors along the first window of the tested blocks, begun in mid-motion.
+
+    The rows are the relative RMSE with an unknown past, and with the first ``KNOWN`` outputs
+    known, behind these outputs; shape (2, n_outputs). It is None for networks without a state,
+    and where no block has samples behind them.
+    """
+    surrogate = validation.surrogate
+    if not isinstance(surrogate.network, StateSpace):
+        return None
+    errors: tuple[list[FloatArray], list[FloatArray]] = [], []
+    for one in validation.comparisons:
+        own = surrogate.at(one.parameters)
+        inputs, truth = (part[: surrogate.window.n_in] for part in (one.inputs, one.reference))
+        if len(inputs) <= KNOWN:
+            continue
+        for kept, known in zip(errors, (None, truth[:KNOWN]), strict=True):
+            given = own.predict(inputs, known_outputs=known)
+            kept.append((given - truth)[KNOWN:])
+    if not errors[0]:
+        return None
+    size = np.array([o.rms_reference_about_mean for o in validation.figures().outputs])
+    return np.asarray(np.stack([rms(np.concatenate(kept)) for kept in errors]) / size)
 
 
 def _on_rest(source: MeasuredRecords, validation: Validation) -> list[str]:

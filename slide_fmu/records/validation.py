@@ -18,7 +18,6 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.core.signals import FloatArray, Trajectory
 from slide_fmu.data.draws import Draw
 from slide_fmu.importer.file import unpacked
-from slide_fmu.network.state_space.initial_state import initial_state
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.case import Case
 from slide_fmu.records.model import MeasuredRecords
@@ -64,20 +63,14 @@ def free_run(
     Raises:
         ValueError: the record has no samples after the first ones, or the shapes do not fit.
     """
-    network = surrogate.network
-    if not isinstance(network, StateSpace):
+    if not isinstance(surrogate.network, StateSpace):
         return None
     if not 1 <= first_samples < len(inputs):
         raise ValueError(
             f"record of {len(inputs)} samples, the initial state from {first_samples} of them; "
             "expected at least one, and a longer record"
         )
-    features = network.features.along(surrogate.input_scaling.apply(inputs)[None])
-    scaled = surrogate.output_scaling.apply(measured)
-    state = initial_state(network, features[0, :first_samples], scaled[:first_samples])
-    with np.errstate(over="ignore", invalid="ignore"):  # a run that diverges has an infinite error
-        values, _ = network.run(features, state[None].astype(np.float32))
-    outputs = surrogate.output_scaling.invert(values[0].astype(np.float64))
+    outputs, state = surrogate.run_from_outputs(inputs, measured[:first_samples])
     squares = np.square(outputs - measured)[first_samples:]
     return FreeRun(outputs, np.sqrt(np.nanmean(squares, axis=0)), first_samples, state)
 

@@ -231,24 +231,81 @@ class Surrogate:
         return self.output_scaling.invert(values.astype(np.float64))
 
     def predict(
-        self, inputs: NDArray[Any], parameters: Mapping[str, float] | None = None
+        self,
+        inputs: NDArray[Any],
+        parameters: Mapping[str, float] | None = None,
+        known_outputs: NDArray[Any] | None = None,
     ) -> FloatArray:
         """Predict a long sequence in blocks of n_out samples (paper: stride n_out).
 
-        The first input counts as constant before the sequence.
+        The first input counts as constant before the sequence. Where the first outputs are known,
+        as by a measurement that begins in mid-motion, they say in which state it begins: until the
+        window is filled, the network then runs from there.
 
         Args:
             inputs: shape (N, n_inputs), N >= 1, in the inputs' units.
             parameters: values by name, as for ``at``; the start values if None.
+            known_outputs: outputs at samples 1 .. K, some tens of them, shape (K, n_outputs), in
+                the outputs' units; NaN where they are not known. None if nothing is known.
 
         Returns:
             Outputs at samples 1 .. N, shape (N, n_outputs).
 
         Raises:
-            ValueError: wrong number of channels, no samples, values that are not finite, or bad
-                parameters as in ``at``.
+            ValueError: wrong number of channels, no samples, values that are not finite, bad
+                parameters as in ``at``, or known outputs that do not fit (``run_from_outputs``).
         """
-        return self.in_blocks(inputs, self.at(parameters or {}).predict_windows)
+        own = self.at(parameters or {})
+        outputs = self.in_blocks(inputs, own.predict_windows)
+        if known_outputs is not None:
+            checked = checked_inputs(inputs, self.inputs)
+            begun = max(self.window.n_in, len(known_outputs))
+            outputs[:begun], _ = own.run_from_outputs(checked[:begun], known_outputs)
+        return outputs
+
+    def run_from_outputs(
+        self, inputs: NDArray[Any], known_outputs: NDArray[Any]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Run the network along inputs, never restarted, from the state that outputs show.
+
+        A sequence that begins in mid-motion has a past that nobody knows, and constant inputs in
+        its place are wrong until the window is filled. The state that explains the first outputs
+        best is right from the start.
+
+        Args:
+            inputs: shape (N, n_inputs), in the inputs' units.
+            known_outputs: as of ``predict``, with K at most N.
+
+        Returns:
+            Outputs at samples 1 .. N, (N, n_outputs), and the state before the first, (n_states,).
+
+        Raises:
+            ValueError: the network has no state, no output is known, or the shape does not fit.
+        """
+        from slide_fmu.network.state_space.initial_state import initial_state  # loads scipy
+
+        checked = checked_inputs(inputs, self.inputs)
+        network, known = self.network, np.asarray(known_outputs, dtype=np.float64)
+        if not isinstance(network, StateSpace):
+            raise ValueError(
+                f"known_outputs for surrogate {self.name!r}, whose network has no state; expected "
+                "none: leave them out, since its outputs depend on one window of inputs"
+            )
+        count, n_outputs = len(checked), len(self.outputs)
+        fits = known.ndim == 2 and known.shape[1] == n_outputs and 1 <= len(known) <= count
+        if not fits or not np.isfinite(known).any():
+            raise ValueError(
+                f"known_outputs of shape {known.shape}, {int(np.isfinite(known).sum())} of them "
+                f"finite; expected (K, {n_outputs}) with K from 1 to {count}, the number of "
+                "inputs, and at least one that is known: give the measured outputs of the first "
+                "samples"
+            )
+        features = network.features.along(self.input_scaling.apply(checked)[None])
+        scaled = self.output_scaling.apply(known)
+        state = initial_state(network, features[0, : len(known)], scaled)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run that diverges is not finite
+            values, _ = network.run(features, state[None].astype(np.float32))
+        return self.output_scaling.invert(values[0].astype(np.float64)), state
 
     def in_blocks(
         self, inputs: NDArray[Any], evaluate: Callable[[FloatArray], FloatArray]

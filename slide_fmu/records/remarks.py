@@ -31,6 +31,8 @@ from slide_fmu.validation.results import Validation
 
 CUT_OFF = 1.5
 """A window is too short where the FMU's error is this many times that of the free network."""
+UNEVEN = 2.0
+"""Blocks differ much in their error if one in ten has this many times that of the median one."""
 KNOWN, COSTLY = 50, 2.0
 """Number of first outputs that say in which state a sequence begins; an unknown start is remarked
 where its error is this many times the one with these outputs."""
@@ -48,10 +50,26 @@ def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[s
     return (
         *source.remarks,
         *remarks_on_division(in_range.recipe, source),
+        *_on_spread(in_range),
         *_on_what_is_cut_off(in_range),
         *_on_rest(source, in_range),
         *_on_unknown_start(in_range),
     )
+
+
+def _on_spread(validation: Validation) -> list[str]:
+    """Name the outputs whose error differs much between the blocks that were tested."""
+    blocks = len(validation.comparisons)
+    remarks = []
+    for output in validation.figures().outputs:
+        spread = output.relative_rmse_of_trajectories
+        if blocks > 1 and spread.p90 > UNEVEN * spread.median:
+            remarks.append(
+                f"output {output.name!r}: of the {blocks} tested blocks, the median one has an "
+                f"error of {percent(spread.median)}, and one in ten {percent(spread.p90)}: rare "
+                "events decide the error, which may differ as much elsewhere; record more of them"
+            )
+    return remarks
 
 
 def _on_what_is_cut_off(validation: Validation) -> list[str]:

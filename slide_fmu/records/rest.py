@@ -15,8 +15,12 @@ LEAST = 5
 STILL = 0.01
 """Inputs rest while they stay within this part of their range about the first one. Outputs rest if
 they deviate, beside their noise, by at most this part of their standard deviation."""
-NOISE = 2.0
-"""Outputs at rest deviate by at most this multiple of the noise that their differences show."""
+NOISE, DRIFT = 3.0, 10.0
+"""Outputs at rest deviate by at most the first multiple of the noise that their differences show,
+and the means of both halves of n samples differ by at most the second one over sqrt(n): five
+standard deviations, since many files are looked at."""
+SURE = 2.0
+"""Outputs surely move if they deviate by more than this multiple of what rest allows."""
 
 
 def resting_samples(inputs: FloatArray) -> int:
@@ -26,10 +30,10 @@ def resting_samples(inputs: FloatArray) -> int:
     return int(moved[0]) if len(moved) else len(inputs)
 
 
-def are_still(outputs: FloatArray, count: int) -> bool:
+def are_still(outputs: FloatArray, count: int, margin: float = 1.0) -> bool:
     """Tell whether the first ``count`` samples of outputs, (N, n_outputs), rest.
 
-    Noise is allowed, drift is not. Missing values (NaN) are left out.
+    Noise is allowed, drift is not, within a margin. Missing values (NaN) are left out.
     """
     for column in outputs.T:
         known = column[np.isfinite(column)]
@@ -39,7 +43,8 @@ def are_still(outputs: FloatArray, count: int) -> bool:
         noise = float(np.std(np.diff(first)) / np.sqrt(2.0))
         drift = abs(float(first[len(first) // 2 :].mean() - first[: len(first) // 2].mean()))
         own = STILL * float(known.std())
-        if np.std(first) > NOISE * noise + own or drift > 4.0 * noise / np.sqrt(len(first)) + own:
+        most = NOISE * noise + own, DRIFT * noise / np.sqrt(len(first)) + own
+        if np.std(first) > margin * most[0] or drift > margin * most[1]:
             return False
     return True
 
@@ -61,4 +66,4 @@ def begins_in_motion(inputs: FloatArray, outputs: FloatArray) -> bool:
     Where the first input moves at once, nothing is shown. Arguments are as for ``begins_at_rest``.
     """
     count = resting_samples(inputs)
-    return count >= LEAST and not are_still(outputs, count)
+    return count >= LEAST and not are_still(outputs, count, SURE)

@@ -13,6 +13,7 @@ import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Trajectory, on_circles
 from slide_fmu.recipe.recipe import Recipe, RecipeError
+from slide_fmu.records.decay import ORDERS
 from slide_fmu.records.division import Block
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.parts import files_of, in_order_of_time, scored_parts
@@ -40,13 +41,16 @@ class Segment:
 def learnt_pieces(recipe: Recipe, source: MeasuredRecords) -> list[list[Trajectory]]:
     """Return the whole blocks by which a window is sized, a list for each specimen.
 
-    They are the blocks to learn from in the order of time, without leads. Without physical
-    parameters there is one specimen.
+    They are the blocks to learn from in the order of time, without leads; but before a piece that
+    begins at rest, so many samples at rest as a linear fit looks back. Without physical parameters
+    there is one specimen.
     """
     blocks = in_order_of_time(recipe, source)["train"]
     by_specimen: dict[tuple[float, ...], list[Trajectory]] = {}
     for block, file in zip(blocks, files_of(source, blocks), strict=True):
         specimen = tuple(values_in_file(recipe, file).values())
+        if block.start == 0 and source.pieces[block.piece].rest is not None:
+            block = replace(block, start=-ORDERS[-1])
         by_specimen.setdefault(specimen, []).append(block.cut(source.pieces))
     return list(by_specimen.values())
 

@@ -41,6 +41,8 @@ from slide_fmu.core.signals import FloatArray
 
 FINE = 20
 """Steps of the solver in a sample of the drive."""
+PLAY = 0.004
+"""Half of the play in the shaft of the drive, in rad."""
 DRIVE_STEP, JOINT_STEP, STEP = 0.02, 1e-3, 0.01
 
 
@@ -94,7 +96,7 @@ def drive(seed: int, samples: int = 8_000) -> Whole:
     for k in range(samples):
         speed[k] = generator
         for _ in range(FINE):
-            play = twist - float(np.clip(twist, -0.02, 0.02))
+            play = twist - float(np.clip(twist, -PLAY, PLAY))
             torque = 8.0 * play + (0.05 * (motor - generator) if play else 0.0)
             motor += h / 0.05 * (voltage[k] - 0.15 * motor - 0.08 * np.tanh(motor / 0.05) - torque)
             generator += h / 0.08 * (torque - 0.2 * generator - 0.05 * np.tanh(generator / 0.05))
@@ -191,12 +193,13 @@ def go_through(name: str, whole: Whole, folder: Path, seed: int) -> dict[str, An
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     [output] = report["validation"]["in range"]["outputs"]
     fmu = folder / "runs" / name / f"{name}.fmu"
-    errors = errors_on_unseen(fmu, whole)
+    errors = errors_on_unseen(fmu, whole, output["rms_reference_about_mean"])
     card, newest = output["relative_rmse"], errors["predict_newest"]
     return {
         "cpu_s": used,
         "card": card,
         "card_plain": output.get("plain_relative_rmse"),
+        "card_of_blocks": output["relative_rmse_of_trajectories"],
         "unseen": errors,
         "ratio": max(card, newest) / min(card, newest),
         "noise_floor": output.get("relative_noise_floor"),
@@ -207,8 +210,8 @@ def go_through(name: str, whole: Whole, folder: Path, seed: int) -> dict[str, An
     }
 
 
-def errors_on_unseen(fmu: Path, whole: Whole) -> dict[str, float]:
-    """Return errors on what was not given, relative to the outputs' standard deviation there."""
+def errors_on_unseen(fmu: Path, whole: Whole, size: float) -> dict[str, float]:
+    """Return RMS errors on what was not given, relative to a size of the output: the card's."""
     surrogate = load(fmu)
     name = surrogate.outputs[0].name
     # with a zero-order hold, an output answers the input one sample earlier
@@ -234,7 +237,6 @@ def errors_on_unseen(fmu: Path, whole: Whole) -> dict[str, float]:
         truths.append(truth[1:][scored])
         for way, outputs in answers.items():
             found.setdefault(way, []).append(outputs[scored] - truths[-1])
-    size = np.concatenate(truths).std()
     return {
         way: float(np.sqrt(np.mean(np.concatenate(errors) ** 2)) / size)
         for way, errors in found.items()

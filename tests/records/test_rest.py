@@ -154,3 +154,15 @@ def test_input_that_moves_at_once_shows_neither() -> None:
     both = force[:, None], travel[:, None]
     assert not begins_at_rest(*both)
     assert not begins_in_motion(*both)
+
+
+def test_noise_of_many_files_is_no_motion() -> None:
+    rng = np.random.default_rng(3)
+    force, travel = move(0, rest=8)
+    moving = 0
+    for _ in range(2000):
+        outputs = travel + 0.02 * travel.std() * rng.normal(size=MOVE)
+        both = force[:, None], outputs[:, None]
+        moving += not begins_at_rest(*both)
+        assert not begins_in_motion(*both)
+    assert moving <= 10

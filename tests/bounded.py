@@ -24,6 +24,7 @@ def random_bound(
     blocks: tuple[int, int] = (2, 5),
     units: int = 5,
     estimator: ErrorEstimator | None = None,
+    moving: bool = False,
 ) -> ErrorBound:
     """A bound beside some companion, whose head has one layer of tanh units.
 
@@ -57,6 +58,7 @@ def random_bound(
         floors=0.3 * tolerances[::-1],
         shares=np.linspace(1.0, 0.5, n_outputs),
         doubt=0.75,
+        moving=moving,
         quietest=np.linspace(-6.0, 0.0, n_statistics - n_seen),
         estimator=estimator,
     )
@@ -96,5 +98,6 @@ def bounded_surrogate(shape: Shape, blocks: tuple[int, int] = (2, 5)) -> Surroga
     larger = replace(shape.cell, units=shape.cell.units + 10)
     other = random_surrogate(replace(shape, cell=larger, seed=shape.seed + 77)).network
     assert isinstance(other, StateSpace)
-    bound = random_bound(other, shape.seed, blocks, estimator=surrogate.estimator)
+    moving = surrogate.hold == "first_order"
+    bound = random_bound(other, shape.seed, blocks, estimator=surrogate.estimator, moving=moving)
     return replace(surrogate, bound=bound)

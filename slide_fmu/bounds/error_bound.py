@@ -47,6 +47,10 @@ DOUBT_MARGIN = 1.25
 oscillators of 10 and 30 ms cover 94 % and more under forces that change between samples
 (``tests/benchmarks/held_between.py``)."""
 
+AT_END_OF_STEP = 0.5
+"""Part of a jump that comes later, where it is at the end of its step and not a straight line
+over the step."""
+
 MOST_DOUBT = 8.0
 """Largest doubt, also where the series has no sum."""
 
@@ -97,16 +101,27 @@ def fit_bound(
     step, spans = surrogate.window.step, (recipe.expert.short_span, recipe.expert.long_span)
     blocks = block_lengths(step, spans)
     with np.errstate(all="ignore"):  # values that are not finite are refused below
-        mixes = [observed(surrogate, companion, blocks, split) for split in splits]
+        late = late_jumps_of(surrogate)
+        mixes = [observed(surrogate, companion, blocks, split, late) for split in splits]
     for name, mix in zip(PARTS, mixes, strict=False):
         require_finite(name, mix)
     stage = progress(BOUND)
     terms = splits[1].kinds, recipe.domain_alarms, recipe.span_block(step)
     judge = fit_judge(mixes, *terms, lambda of: fit_head(of, recipe, checkpoint, device, stage))
     tolerances = tolerances_of(judge, recipe.false_alarms)
-    doubt = doubt_of(companion) if surrogate.hold == "zero_order" else 0.0
-    bound = judge.error_bound(companion, blocks, surrogate.estimator, tolerances, doubt)
+    moving = surrogate.hold == "first_order"
+    doubt = late if moving else doubt_of(companion)
+    bound = judge.error_bound(companion, blocks, surrogate.estimator, tolerances, doubt, moving)
     return bound, judge.history
+
+
+def late_jumps_of(surrogate: Surrogate) -> float:
+    """Return the part of each jump that the companion of a surrogate sees later.
+
+    It is that of a jump at the end of its step, where inputs of the training jumped at any time.
+    """
+    jumped = surrogate.forecast is not None and surrogate.forecast.jumps
+    return AT_END_OF_STEP if jumped else 0.0
 
 
 def doubt_of(companion: StateSpace) -> float:

@@ -116,6 +116,7 @@ class Judge:
         estimator: ErrorEstimator | None,
         tolerances: FloatArray,
         doubt: float,
+        moving: bool,
     ) -> ErrorBound:
         """Return the bound of this judge; the arguments are as in ``ErrorBound``."""
         return ErrorBound(
@@ -128,6 +129,7 @@ class Judge:
             floors=self.floors,
             shares=self.shares,
             doubt=doubt,
+            moving=moving,
             quietest=self.quietest,
             estimator=estimator,
             span=self.span,

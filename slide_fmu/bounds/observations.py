@@ -53,9 +53,15 @@ class Observations:
 
 
 def observed(
-    surrogate: Surrogate, companion: StateSpace, blocks: tuple[int, int], split: Split
+    surrogate: Surrogate,
+    companion: StateSpace,
+    blocks: tuple[int, int],
+    split: Split,
+    late: float,
 ) -> Observations:
     """Run both networks along trajectories whose inputs are known to the end of each step.
+
+    The companion sees a part of each jump later (``late``).
 
     Values that are not finite are refused later.
     """
@@ -69,7 +75,8 @@ def observed(
         predicted = surrogate.output_scaling.apply(given)
         with np.errstate(all="ignore"):
             errors = np.abs(given - outputs[:, 1:]) / surrogate.output_scaling.scale
-            seen = statistics_of((companion, surrogate.estimator), blocks, scaled, predicted)
+            networks = companion, surrogate.estimator
+            seen = statistics_of(networks, blocks, scaled, predicted, late)
         found.append([part[:, filled] for part in (*seen, errors)])
     return Observations(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 

@@ -78,6 +78,10 @@ STABILITY = 6
 TOGETHER = 0.5
 """Probability that in the motion of a loop all those act too that have other inputs."""
 
+AT_SAMPLES = 0.5
+"""Part of the motions whose jumps come when a sample is taken, as those of a controller with the
+clock of the FMU; in the others they come at any time."""
+
 MOST_SAMPLES = 100_000_000
 """A trajectory with this many samples is refused: once simulated it would not fit into memory."""
 
@@ -255,7 +259,10 @@ def _drawn_inputs(
     jumps = None
     may_jump = recipe.data.jumps and moves(system.inputs) and not looped
     if may_jump and outer.jumps and stream.number not in STRAIGHT:
-        jumps = np.where(outer.jumping(inputs), rng.random(inputs.shape), np.nan)
+        at = rng.random(inputs.shape)
+        if rng.random() < AT_SAMPLES:
+            at = np.ones(inputs.shape)
+        jumps = np.where(outer.jumping(inputs), at, np.nan)
     if looped:
         assert isinstance(chosen, LoopRecipe)
         assert isinstance(system, Stepping)  # a case with loops has no other system

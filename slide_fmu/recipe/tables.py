@@ -65,10 +65,11 @@ class DataRecipe(Table):
             sample, and the network does not learn the effect of bending.
         jumps: whether moving inputs may jump between samples, at any time. Kinds of excitation
             that change at once (``steps``, ``held_random``, ``binary``, ``stops``) then jump where
-            a bound is learnt and calibrated, and in the validation. Networks learn from straight
-            lines within one step: the time of a jump would be noise to them. Without the key, all
-            go straight, and the bound knows nothing of inputs that jump. Held inputs jump at
-            samples always. Motions in a ``[[loop]]`` do not jump.
+            a bound is learnt and calibrated, and in the validation: in half of the motions when a
+            sample is taken. Networks learn from straight lines within one step: the time of a jump
+            would be noise to them. Without the key, all go straight, and the bound knows nothing
+            of inputs that jump. Held inputs jump at samples always. Motions in a ``[[loop]]`` do
+            not jump.
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
         train, validation: numbers of trajectories. If ``"auto"`` or not given, 256 to learn from

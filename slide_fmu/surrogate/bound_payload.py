@@ -50,11 +50,12 @@ def decode_bound(
     n_outputs: int,
     estimator: ErrorEstimator | None,
     span: SpanEstimate | None,
+    moving: bool,
 ) -> ErrorBound:
     """Read the content of the section BOUN of a surrogate.
 
     ``estimator`` is the surrogate's error estimator, or None; ``span`` is the content of the
-    section SPAN.
+    section SPAN; ``moving`` tells whether its inputs move.
     """
     short, long, n_watched = (section.u32() for _ in range(3))
     factors = section.f64(len(CONFIDENCES) * n_outputs).reshape(len(CONFIDENCES), n_outputs)
@@ -80,6 +81,7 @@ def decode_bound(
         floors=floors,
         shares=shares,
         doubt=float(doubt),
+        moving=moving,
         quietest=quietest,
         estimator=estimator,
         span=span,

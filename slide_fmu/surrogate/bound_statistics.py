@@ -20,6 +20,14 @@ from slide_fmu.surrogate.error_estimator import ErrorEstimator
 SMALLEST = 1e-30
 """Lower limit of squares in logarithms; single precision can represent it."""
 
+ABRUPT = 4.0
+"""A change of an input is a jump as far as it is larger than so many times those beside it. With
+3, no sine of six samples or more in a period has one.
+``slide_fmu/fmu/runtime/window/jumps.c`` has the same number."""
+
+LOOKED_BACK = 4
+"""Number of samples before one that tell whether a jump came just before it."""
+
 
 def statistics_count(n_seen: int, n_outputs: int, with_estimates: bool) -> int:
     """Return the number of statistics of a sample; ``n_seen`` counts states and features."""
@@ -47,11 +55,32 @@ def logarithms(squares: FloatArray) -> Float32Array:
     return np.asarray(bits * np.float32(2.0**-23) - np.float32(127.0))
 
 
+def with_late_jumps(scaled: FloatArray, part: float) -> FloatArray:
+    """Return inputs that move, (B, N, n_inputs), of which a part of each jump comes later.
+
+    Samples do not show when within its step an input jumped: it counts as a straight line. With
+    the part 0.5, the sample after a jump lacks half of it. That has the effect of a jump at the
+    end of its step. The sample after it first shows that it was a jump: the changes beside it are
+    smaller (``ABRUPT``). The first inputs count as constant before.
+    """
+    if part == 0.0:
+        return scaled
+    before = np.repeat(scaled[:, :1], LOOKED_BACK, axis=1)
+    changes = np.diff(np.concatenate([before, scaled], axis=1), axis=1)
+    oldest, older, changed, newest = (
+        changes[:, i : i + scaled.shape[1]] for i in range(LOOKED_BACK)
+    )
+    beside = np.maximum(np.maximum(np.abs(oldest), np.abs(older)), np.abs(newest))
+    jump = np.maximum(np.abs(changed) - ABRUPT * beside, 0.0)
+    return np.asarray(scaled - part * np.copysign(jump, changed))
+
+
 def statistics_of(
     networks: tuple[StateSpace, ErrorEstimator | None],
     blocks: tuple[int, int],
     scaled: FloatArray,
     predicted: FloatArray,
+    late: float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Compute the values that an error bound uses along sequences.
 
@@ -60,13 +89,14 @@ def statistics_of(
         blocks: number of samples in a short and in a long block.
         scaled: scaled inputs, shape (B, N, n_inputs); the first counts as constant before.
         predicted: the surrogate's scaled outputs after each of them, shape (B, N, n_outputs).
+        late: the part of each jump that the companion sees later (``with_late_jumps``).
 
     Returns:
         Statistics (B, N, n_statistics) and watched means (B, N, n_watched) in the order of
         ``ErrorBound``, and the disagreement (B, N, n_outputs) of ``LocalErrors``.
     """
     companion, estimator = networks
-    features = companion.features.along(scaled)
+    features = companion.features.along(with_late_jumps(scaled, late))
     values, states = companion.ping_pong_states(features)
     drive = features[:, :, list(companion.roles.drive)]
     seen = np.concatenate([states, drive], axis=2).astype(np.float64)

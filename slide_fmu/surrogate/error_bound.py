@@ -23,7 +23,12 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.window import MAX_WINDOW
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.surrogate.bound_statistics import not_quieter, statistics_count, statistics_of
+from slide_fmu.surrogate.bound_statistics import (
+    LOOKED_BACK,
+    not_quieter,
+    statistics_count,
+    statistics_of,
+)
 from slide_fmu.surrogate.error_estimator import ErrorEstimator
 from slide_fmu.surrogate.span_estimate import SpanEstimate
 
@@ -96,8 +101,11 @@ class ErrorBound:
         floors: no bound is smaller, relative to the outputs' scales, shape (n_outputs,).
         shares: this share of the disagreement is the surrogate's own error, which no bound is
             smaller than, above 0 and at most 1, shape (n_outputs,).
-        doubt: where held inputs change within samples, this share of what a polynomial with one
-            mean less would change in their effect may be wrong, not negative (``doubt_of``).
+        doubt: what may be wrong in the samples of inputs, not negative (``doubt_of``). Where held
+            inputs change within samples, it is this share of what a polynomial with one mean less
+            would change in their effect; where moving ones jump, this part of the jump, which the
+            companion sees later (``with_late_jumps``).
+        moving: whether inputs move from sample to sample; else they are held.
         quietest: least logarithms that the head gets, shape (n_logarithms,); smaller ones count
             as these.
         estimator: the surrogate's error estimator, whose estimates the head takes, if it has one.
@@ -115,6 +123,7 @@ class ErrorBound:
     floors: FloatArray
     shares: FloatArray
     doubt: float
+    moving: bool
     quietest: FloatArray
     estimator: ErrorEstimator | None = None
     span: SpanEstimate | None = None
@@ -209,7 +218,13 @@ class ErrorBound:
         """The number of samples of the inputs that a bound depends on."""
         block = self.blocks[1] + (0 if self.span is None else self.span.block)
         estimated = 0 if self.estimator is None else self.estimator.memory_length
-        return max(estimated, 2 * self.companion.n_samples + (N_BLOCKS + 1) * block)
+        looked_back = LOOKED_BACK if self._late > 0 else 0
+        return max(estimated, 2 * self.companion.n_samples + (N_BLOCKS + 1) * block + looked_back)
+
+    @property
+    def _late(self) -> float:
+        """The part of a jump that the companion sees later."""
+        return self.doubt if self.moving else 0.0
 
     @property
     def filling_length(self) -> int:
@@ -267,7 +282,7 @@ class ErrorBound:
         (B, N, n_statistics), (B, N, n_watched) and (B, N, n_outputs).
         """
         networks = self.companion, self.estimator
-        return statistics_of(networks, self.blocks, scaled, predicted)
+        return statistics_of(networks, self.blocks, scaled, predicted, self._late)
 
     def estimates(self, scaled: FloatArray, predicted: FloatArray) -> FloatArray:
         """Estimate the RMSE over the samples of ``span``, relative to the outputs' scales.

@@ -22,7 +22,7 @@ files. All numbers are little-endian; ``u32`` unsigned integer, ``f32``/``f64`` 
                 f64 tolerance[n_outputs]                         of bounds that are trusted
                 f64 floor[n_outputs]                             of bounds
                 f64 share[n_outputs]                             of the disagreement
-                f64 doubt                                        of held inputs between samples
+                f64 doubt                                        of what inputs do between samples
                 network  network                                 the companion and the head
                 f64 quietest[n_logarithms]                       what the head gets at least
     SPAN     := u32 block  f64 factor[n_outputs]                 its error estimate
@@ -299,7 +299,8 @@ def _decode_sections(reader: Reader) -> SurrogateFields:
     if _is_next(reader, b"ESTI"):
         estimator = _decode_estimator(reader.section(b"ESTI"), n_inputs)
     if _is_next(reader, b"BOUN"):
-        bound = _decode_bound(reader, (n_inputs, n_outputs), estimator)
+        moving = HOLDS[rows["hold"][0]] == "first_order"
+        bound = _decode_bound(reader, (n_inputs, n_outputs), estimator, moving)
     if _is_next(reader, b"MOVE"):
         forecast = _decode_forecast(reader.section(b"MOVE"), n_inputs)
     if _is_next(reader, b"RANG"):
@@ -325,13 +326,13 @@ def _decode_sections(reader: Reader) -> SurrogateFields:
 
 
 def _decode_bound(
-    reader: Reader, sizes: tuple[int, int], estimator: ErrorEstimator | None
+    reader: Reader, sizes: tuple[int, int], estimator: ErrorEstimator | None, moving: bool
 ) -> ErrorBound:
     """Read the section BOUN, and those that may follow it; sizes: n_inputs, n_outputs."""
     section, span = reader.section(b"BOUN"), None
     if _is_next(reader, b"SPAN"):
         span = decode_span(reader.section(b"SPAN"), sizes[1])
-    return decode_bound(section, *sizes, estimator, span)
+    return decode_bound(section, *sizes, estimator, span, moving)
 
 
 def _is_next(reader: Reader, tag: bytes) -> bool:

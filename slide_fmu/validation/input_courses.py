@@ -74,6 +74,34 @@ class Lines:
         return interpolated(at_nodes, known, self.cosines, at, self.curved)
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """Inputs of which some jump within a step, and the others go straight.
+
+    They are at ``rows[k]`` at (k + 1) * step. Before the first of them the inputs are constant.
+
+    Attributes:
+        step: in s.
+        rows: shape (N, n_inputs).
+        at: part of the step before each row after which its inputs jump to it, from 0 to 1; NaN
+            for those that go straight. Shape (N, n_inputs).
+    """
+
+    step: float
+    rows: FloatArray
+    at: FloatArray
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        known = np.concatenate([self.rows[:1], self.rows])
+        place = times / self.step
+        step = np.clip(np.floor(place + SLACK), 0, len(self.rows) - 1).astype(np.int64)
+        part = np.clip(place - step, 0.0, 1.0)[:, None]
+        before, after, at = known[step], known[step + 1], self.at[step]
+        straight = before + part * (after - before)
+        return np.where(np.isnan(at), straight, np.where(part >= at - SLACK, after, before))
+
+
 def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool) -> InputCourse:
     """Return what the reference saw of drawn inputs between its samples.
 
@@ -88,6 +116,8 @@ def course_of(drawn: Draw, signals: Sequence[Signal], step: float, planned: bool
     cosines = cosines_of(tuple(signals))
     if signals[0].hold == "zero_order":
         return Stairs(step, drawn.inputs)
+    if drawn.jumps is not None:
+        return Jumps(step, drawn.inputs, drawn.jumps)
     if drawn.between is not None:
         parts = len(drawn.between) // len(drawn.inputs)
         return Lines(step / parts, drawn.between, cosines)

@@ -171,7 +171,7 @@ def test_inputs_that_are_held_have_the_doubt_of_the_companion(
         history = "the head's"
 
         def error_bound(self, *given: Any) -> Any:
-            names = "companion", "blocks", "estimator", "tolerances", "doubt"
+            names = "companion", "blocks", "estimator", "tolerances", "doubt", "moving"
             known.update(zip(names, given, strict=True))
             return "a bound"
 
@@ -186,6 +186,7 @@ def test_inputs_that_are_held_have_the_doubt_of_the_companion(
     )
     assert found == ("a bound", "the head's")
     assert known["doubt"] == doubt
+    assert known["moving"] == (hold == "first_order")
     assert known["tolerances"] == recipe.false_alarms
     assert known["companion"] is companion
 

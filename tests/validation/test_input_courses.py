@@ -81,6 +81,23 @@ def test_angles_of_a_draw_turn_evenly() -> None:
     np.testing.assert_allclose(found, [[np.cos(a), np.sin(a)] for a in (1.5, 2.5)])
 
 
+def test_inputs_that_jump_within_a_step_do_so_when_the_reference_saw_it() -> None:
+    """At 3/4 of the second step and at the end of the third; the first goes straight."""
+    jumps = np.array([[np.nan], [0.75], [1.0]])
+    drawn = replace(DRAWN, inputs=np.array([[1.0], [3.0], [2.0]]), jumps=jumps)
+    found = course(MOVING, drawn)
+    assert found[:9].tolist() == [1.0] * 9  # before the first sample inputs are constant
+    assert found[9:].tolist() == [1.0] * 5 + [3.0] * 10 + [2.0]
+
+
+def test_input_goes_straight_where_another_jumps() -> None:
+    rows = np.array([[0.0, 0.0], [4.0, 8.0]])
+    jumps = np.array([[np.nan, np.nan], [np.nan, 0.5]])
+    found = course_of(replace(DRAWN, inputs=rows, jumps=jumps), MOVING * 2, STEP, False)
+    times = STEP * np.array([-1.0, 0.5, 1.25, 1.5, 2.0, 3.0])
+    assert found(times).tolist() == [[0, 0], [0, 0], [1, 0], [2, 8], [4, 8], [4, 8]]
+
+
 def test_inputs_that_bend_between_samples_are_those_of_their_parts() -> None:
     """Four parts a step: every sample is the last of its parts."""
     between = np.array([2.0, 4.0, 0.0, 1.0, 5.0, 5.0, 6.0, 3.0, 3.0, 0.0, 1.0, 2.0])

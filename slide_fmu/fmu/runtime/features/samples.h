@@ -11,6 +11,9 @@
  * many samples are not known before the next has come. */
 enum { SLIDE_SPREAD = 4, SLIDE_UNSETTLED = SLIDE_SPREAD + 1 };
 
+/* So many samples before one tell whether an input that moves jumped just before it. */
+enum { SLIDE_LOOKED_BACK = 4 };
+
 /* What does not change. */
 typedef struct {
     size_t n_inputs;

@@ -55,6 +55,7 @@ void slide_bound_place(SlideBound *bound, const SlidePayload *payload, SlideAren
         return;
     }
     bound->memory_length = 2 * (uint64_t)view->companion.n_samples + means_over;
+    bound->memory_length += payload->first_order && slide_f64(view->doubt) > 0 ? SLIDE_LOOKED_BACK : 0;
     bound->n_outputs = n_outputs;
     bound->n_states = view->companion.of.cell.n_states;
     bound->n_seen = n_seen;

@@ -35,8 +35,9 @@ typedef struct {
     double *tolerances;     /* [n_outputs], of bounds that are trusted, relative to the scales */
     double *floors;         /* [n_outputs], below which no bound is, relative to the scales */
     double *shares;         /* [n_outputs], of the disagreement, which no bound is below */
-    double doubt;           /* so much of what one polynomial more would change may be wrong, where held
-                               inputs change within samples (window/sampling.h) */
+    double doubt;           /* where held inputs change within samples (window/sampling.h), so much of what
+                               one polynomial more would change may be wrong; where moving ones jump, so
+                               much of the jump comes later for the companion (window/jumps.h) */
     double *quietest;       /* logarithms that the head gets at least */
     double *limits;         /* [2 * n_outputs + n_seen], one over those of the means, in the order
                                of the blocks */

@@ -1,5 +1,7 @@
 #include "history.h"
 
+#include "jumps.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -21,19 +23,21 @@ static const double SLIGHT = 1e-5;
 
 enum {
     N_CURVE = 4, /* points of the polynomial between two of them */
-    N_BENDS = 3  /* samples before one that show how much an input bends */
+    N_BENDS = 3, /* samples before one that show how much an input bends */
+    N_JUMPS = 7  /* samples before one in which jumps count for it, and those that show that they are jumps */
 };
 
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      uint32_t steps_per_sample, bool first_order,
+                                      uint32_t steps_per_sample, bool first_order, bool jumps,
                                       const bool *cosine, const double *low, const double *high) {
     /* a phase may end so many samples ago; held ones get something from one before and bend on */
-    const uint64_t read = (uint64_t)n_samples + 2 + (first_order ? 0 : 1 + N_BENDS);
+    const uint64_t more = first_order ? (jumps ? N_JUMPS : 0) : 1 + N_BENDS;
+    const uint64_t read = (uint64_t)n_samples + 2 + more;
     const uint64_t capacity = ((uint64_t)steps_per_sample + 1) * read;
     const double shortest = 2 * sample_step / steps_per_sample;
     const double reach = (double)read * sample_step;
-    return (SlideHistoryShape){n_inputs,    capacity, shortest,    SLACK * sample_step,
-                               sample_step, reach,    first_order, cosine, low, high};
+    return (SlideHistoryShape){n_inputs, capacity,    shortest, SLACK * sample_step, sample_step,
+                               reach,    first_order, jumps,    cosine, low, high};
 }
 
 static size_t step_size(const SlideHistoryShape *shape) {
@@ -225,6 +229,11 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
     return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0], false, 1};
 }
 
+double slide_history_steps_length(const SlideReader *reader, uint64_t step) {
+    const bool kept = step >= oldest(reader) && step < *reader->history->count;
+    return kept ? step_at(reader->shape, reader->history, step)[0] : 0;
+}
+
 static const double *step_read(const SlideReader *reader) {
     return step_at(reader->shape, reader->history, reader->at);
 }
@@ -250,6 +259,17 @@ static const double *inputs_after(const SlideReader *reader, uint64_t step) {
     return step + 1 == *reader->history->count
                ? reader->history->end
                : step_at(reader->shape, reader->history, step + 1) + 1;
+}
+
+double slide_history_change(const SlideReader *reader, uint64_t step, size_t input, double *length) {
+    const double lasts = slide_history_steps_length(reader, step);
+    if (length != NULL) {
+        *length = lasts;
+    }
+    if (lasts == 0) {
+        return 0;
+    }
+    return inputs_after(reader, step)[input] - step_at(reader->shape, reader->history, step)[1 + input];
 }
 
 static bool has_moved(const SlideReader *reader, uint64_t step, size_t input) {
@@ -509,6 +529,9 @@ void slide_history_sample(SlideReader *reader, double begin, double end, const S
     memset(acting->edges, 0, 2 * row);
     if (reader->shape->first_order) {
         slide_history_at(reader, end, acting->inputs);
+        if (reader->shape->jumps) {
+            slide_jumps_add(reader, end, acting);
+        }
     } else {
         sample_held(reader, begin, end, acting);
     }

@@ -17,6 +17,7 @@ typedef struct {
     double sample_step; /* s */
     double reach;      /* s; nothing depends on inputs so long before the newest step */
     bool first_order;  /* all inputs move within all steps; else each may be held in some */
+    bool jumps;        /* with first_order: may they jump in the midst of a step? (jumps.h) */
     const bool *cosine; /* [n_inputs]: this input and the next are cosine and sine of an angle, a
                            director: it turns at a constant rate */
     const double *low, *high; /* [n_inputs], the range */
@@ -39,7 +40,7 @@ typedef struct {
 /* For n_samples samples of the past and one communication step more; so many steps are told apart
  * in a sample step. */
 SlideHistoryShape slide_history_shape(uint32_t n_inputs, uint32_t n_samples, double sample_step,
-                                      uint32_t steps_per_sample, bool first_order,
+                                      uint32_t steps_per_sample, bool first_order, bool jumps,
                                       const bool *cosine, const double *low, const double *high);
 
 /* The steps are the last thing placed and have this size in bytes. */
@@ -126,10 +127,17 @@ typedef struct {
     double begin; /* s, its start; the present, the end of the newest step, is 0 */
     bool straight; /* do held inputs that move do so on lines, of which samples are the means? */
     double doubted; /* part of the corrections of inputs that move which may be wrong, where four steps in
-                       a sample show how they do */
+                       a sample show how they do; with first_order, part of a jump that may come later */
 } SlideReader;
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
+
+/* The length (s) of a step by its number; 0 where it is not kept. */
+double slide_history_steps_length(const SlideReader *reader, uint64_t step);
+
+/* How much an input changes in a step by its number, and the length of the step (s) if it is wanted; 0 where the
+ * step is not kept, or has not begun. */
+double slide_history_change(const SlideReader *reader, uint64_t step, size_t input, double *length);
 
 /* The inputs that are set or reached at a time before the present (s, negative), or at it: where they
  * are held, those of the begin of the step, with first_order on a line to those of its end; where they
@@ -151,13 +159,14 @@ typedef struct {
                           it would be if it had none; else 0 */
     double *moments;   /* [SLIDE_MOMENTS][n_inputs], of others, the means of (u - mean) s^n over the
                           sample, s = (t - middle) / h, n = 1, 2, ..: how much later than their mean they
-                          come, how far apart, ..; else 0 */
+                          come, how far apart, ..; of those with first_order, the first is what jumps
+                          before the sample leave to it; else 0 */
     double *edges;     /* [2][n_inputs], of those that move smoothly, at the begin and at the end: the first
                           moment of a sample in which they would rise so fast throughout; else 0 */
 } SlideActing;
 
 /* The sample that acts from a time before the present (s, negative) for a sample step. With
- * first_order: the inputs at its end. Else what must be held for a sample step to have the effect
+ * first_order: the inputs at its end, and what jumps before it leave to it. Else what must be held for a sample step to have the effect
  * of the inputs in it: of held ones the mean over time, of a director the one at the begin; of those
  * that move smoothly the value in the middle, and what a hold loses of it: with u at begin, middle and
  * end (8 u_middle - u_begin - u_end) / 6, and the next order where there are steps enough. Times may

@@ -63,11 +63,13 @@ static void shape_past(SlideModel *model, const SlidePayload *payload, uint32_t 
     /* one that fails may have taken in as many again */
     model->samples = (SlideSamplesShape){payload->n_inputs,
                                          slide_power_of_two(model->n_redone + model->most_open)};
-    const bool apart = model->bound.memory_length > 0 && !payload->first_order;
+    const bool doubted = model->bound.memory_length > 0 && model->bound.doubt > 0;
+    const bool apart = model->bound.memory_length > 0 && (doubted || !payload->first_order);
     model->others = (SlideSamplesShape){payload->n_inputs, apart ? model->samples.capacity : 0};
     model->history =
         slide_history_shape(payload->n_inputs, model->memory_length + model->n_unsettled,
-                            payload->step, steps_per_sample, payload->first_order, model->cosine,
+                            payload->step, steps_per_sample, payload->first_order,
+                            payload->first_order && (doubted || payload->forecast.jumps), model->cosine,
                             model->forecast.low, model->forecast.high);
 }
 

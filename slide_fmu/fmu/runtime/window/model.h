@@ -58,7 +58,7 @@ typedef struct {
     SlideBound bound;
     SlideSamplesShape samples;
     SlideSamplesShape others; /* of samples that the companion of the bound sees in their place, where
-                                 inputs are held; or none */
+                                 inputs are held or may jump; or none */
     SlideHistoryShape history;
     SlideForecast forecast;
     bool at_step_end; /* start value of SlideHead.known, of inputs that move */
@@ -72,7 +72,7 @@ typedef struct {
                           first */
     double *edges;     /* scratch [n_redone + 1][2][n_inputs], the same */
     bool *strays;      /* scratch [n_redone], does a sample in taken stray from the training? */
-    double *others_taken; /* scratch as taken, of bounds of held inputs: what the companion sees */
+    double *others_taken; /* scratch as taken, where there are others: what the companion sees */
     double *taken;     /* scratch [n_redone + 1][n_inputs]: samples that a step takes in and those
                           before, scaled, newest first */
     float *given;      /* scratch [n_outputs]: what a network gave before, scaled */

@@ -100,6 +100,15 @@ static double doubted(const SlideBound *bound) {
     return fmin(part * part, 1);
 }
 
+/* A sample makes up for the jumps before it; so it may go beyond the range, where no input was. */
+static void make_up(const SlideModel *model, uint64_t age) {
+    const double *left = model->moments + (size_t)age * SLIDE_MOMENTS * model->n_inputs;
+    double *inputs = model->taken + (size_t)age * model->n_inputs;
+    for (size_t i = 0; i < model->n_inputs; ++i) {
+        inputs[i] += left[i];
+    }
+}
+
 /* Where what acts in a sample of an age comes to. */
 static SlideActing acting_at(const SlideModel *model, uint64_t age) {
     const size_t n_inputs = model->n_inputs, place = (size_t)age * n_inputs;
@@ -114,7 +123,7 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
     const size_t n_inputs = model->n_inputs, row = n_inputs * sizeof(double);
     SlideReader reader = slide_history_reader(&model->history, &state->history);
     reader.straight = state->head->known != 0;
-    reader.doubted = doubted(&model->bound);
+    reader.doubted = model->history.first_order ? model->bound.doubt : doubted(&model->bound);
     for (uint64_t left = n_read; left-- > 0;) {
         const SlideActing acting = acting_at(model, left);
         if (left < n_fresh) {
@@ -135,6 +144,9 @@ static void read(const SlideModel *model, const SlideState *state, uint64_t n_re
 static void form(const SlideModel *model, uint64_t count, bool spreads) {
     for (uint64_t age = 0; age < count; ++age) {
         model->strays[age] = strays(model, model->taken + age * model->n_inputs);
+    }
+    for (uint64_t age = 0; model->history.jumps && age < count; ++age) {
+        make_up(model, age);
     }
     for (uint64_t age = 1; spreads && age <= count; ++age) {
         bend(model, age);

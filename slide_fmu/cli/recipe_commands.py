@@ -146,15 +146,15 @@ def init(
         ),
     ] = None,
     jumps: Annotated[
-        bool,
+        bool | None,
         typer.Option(
-            "--jumps",
+            "--jumps/--no-jumps",
             help="Inputs that move also jump, at any time, as with switches, valves and emergency "
-            "stops: the training, the model and the error bound see such jumps. Inputs that "
-            "jump where the importer sets them are better with --hold zero_order. Default: "
-            "they do not.",
+            "stops: the model and the error bound see such jumps. Inputs that are constant over "
+            "each step of the importer are better with --hold zero_order. Default: forces, flows "
+            "and the like jump; lengths and angles, and inputs of classes do not.",
         ),
-    ] = False,
+    ] = None,
     inputs_file: InputsOption = None,
     bands: Annotated[
         list[str] | None,

@@ -26,7 +26,7 @@ ROUNDING = 1e-6
 """An end that is nearer than this part of its last digit to a rounded one is that."""
 ANYWHERE = (-math.inf, math.inf)
 """Ends of an output of which the model declares none."""
-MOVING = ("m", "mm", "rad", "deg")
+MOTION_UNITS = ("m", "mm", "rad", "deg")
 """Inputs in these units are motions, which have no jumps: their hold is of first order."""
 FINE = ("function", "fmu")
 """Models of these kinds step more finely than their surrogate, and let inputs move meanwhile."""
@@ -317,7 +317,7 @@ def _input(
             f"expected one: give --input {name}=LOW..HIGH, or a file of inputs by --inputs"
         )
     if table.hold is None and kind != "class":
-        moves = kind in FINE or table.unit in MOVING
+        moves = kind in FINE or table.unit in MOTION_UNITS
         hold: Hold = "first_order" if moves else "zero_order"
         table = table.model_copy(update={"hold": hold})
     acts = "" if kind == "class" else _ACTS[table.hold or "zero_order"]

@@ -20,6 +20,7 @@ from slide_fmu.memory.bandwidth import tidy_step
 from slide_fmu.memory.step_remark import TOO_COARSE
 from slide_fmu.network.state_space.cell import MOST_SUBSTEPS
 from slide_fmu.propose.draft_signals import (
+    MOTION_UNITS,
     Bands,
     Ranges,
     draft_inputs,
@@ -55,7 +56,7 @@ from slide_fmu.recipe.default_excitation import InputKind, default_excitation, f
 from slide_fmu.recipe.recipe import RecipeError
 from slide_fmu.recipe.writing import Draft, DraftSignal, ModelDraft, recipe_text
 from slide_fmu.recipe.your_inputs import lines_of_inputs, table_of_inputs
-from slide_fmu.systems.base import System, chain_of
+from slide_fmu.systems.base import Bending, System, chain_of
 from slide_fmu.systems.declared import DeclaredModel, Parameter, SignalTable
 from slide_fmu.systems.errors import LoadError
 from slide_fmu.systems.loading import UNSIMULATED, describe_model, load_system
@@ -95,7 +96,8 @@ class InitOptions:
         time: column of times, for files that have one.
         read: keys that say how files are read.
         loops: pairs ``OUTPUT:INPUT``, of an output that decides an input through a partner.
-        jumps: whether inputs that move may jump at any time.
+        jumps: whether inputs that move jump, too; if None, they do where nothing speaks against it
+            (``_jump``).
         inputs_file: file of the user's own inputs, from here; None without one.
         bands: lowest and highest frequencies in Hz at which the machine works, by input.
     """
@@ -114,7 +116,7 @@ class InitOptions:
     time: str | None = None
     read: Mapping[str, Parameter] = field(default_factory=dict)
     loops: tuple[str, ...] = ()
-    jumps: bool = False
+    jumps: bool | None = None
     inputs_file: Path | None = None
     bands: Bands = field(default_factory=dict)
 
@@ -158,6 +160,7 @@ class ModelDeclarations:
         system: the system, with some step.
         tables: makes the tables of the excitation.
         kind: kind of the inputs.
+        jumps: whether inputs that move jump, too.
     """
 
     declared: DeclaredModel
@@ -168,6 +171,7 @@ class ModelDeclarations:
     system: System
     tables: MakeTables
     kind: InputKind
+    jumps: bool
 
     @property
     def own(self) -> bool:
@@ -350,6 +354,7 @@ def _begin(options: InitOptions) -> ModelDeclarations:
     turning = bool(cosines_of(system.inputs))
     if options.jumps:
         _require_jumping(kind, turning)
+    jumps = _jump(options.jumps, declared, system, kind, turning)
     bands = bands_of(options.bands, system.inputs)
     require_sines(options.bands, kind)
     tables = partial(
@@ -357,15 +362,35 @@ def _begin(options: InitOptions) -> ModelDeclarations:
         inputs=kind,
         widths=widths,
         turning=turning,
-        jumps=options.jumps,
+        jumps=jumps,
         bands=[band and in_rad(*band) for band in bands],
     )
-    return ModelDeclarations(declared, inputs, outputs, chain, specification, system, tables, kind)
+    return ModelDeclarations(
+        declared, inputs, outputs, chain, specification, system, tables, kind, jumps
+    )
 
 
 def _only_step(declared: DeclaredModel, options: InitOptions) -> float | None:
     """Return the step in s whose multiples alone a model takes; None if it takes any."""
     return None if declared.takes_any_step else options.fmu_step or declared.step
+
+
+def _jump(
+    wanted: bool | None, declared: DeclaredModel, system: System, kind: InputKind, turning: bool
+) -> bool:
+    """Tell whether the motions of a model shall have inputs that jump.
+
+    Where nobody says so, forces, flows, voltages and the like do, and motions of bodies do not.
+    Neither do inputs of a class, which may have an excitation of its own, nor those of a model
+    that does not stop between samples.
+    """
+    if wanted is not None:
+        return wanted
+    if kind != "moving" or turning or declared.kind == "class":
+        return False
+    if any(signal.unit in MOTION_UNITS for signal in system.inputs):
+        return False
+    return isinstance(system, Bending) or declared.takes_any_step
 
 
 def _require_jumping(kind: InputKind, turning: bool) -> None:
@@ -432,9 +457,9 @@ def _draft(
         ),
         kind_of_inputs=declarations.kind,
         chain=None if chain is None else _from_folder(str(chain), options.folder),
-        substeps=_substeps(declarations, step, fmu_step, options.jumps),
+        substeps=_substeps(declarations, step, fmu_step),
         fmu_step=fmu_step,
-        jumps=options.jumps if declarations.kind == "moving" else None,
+        jumps=declarations.jumps if declarations.kind == "moving" else None,
         inputs_file=inputs_file,
     )
 
@@ -473,14 +498,12 @@ def _run_by_steps(
     return step, seen.origin, own if named else None
 
 
-def _substeps(
-    declarations: ModelDeclarations, step: float, fmu_step: float | None, jumps: bool
-) -> int:
+def _substeps(declarations: ModelDeclarations, step: float, fmu_step: float | None) -> int:
     """Return the number of parts of a sample step in s in which inputs bend: 1 if they do not.
 
     A class may bend inputs in a way of its own; it gets parts only if inputs jump.
     """
-    if declarations.kind not in MOVING or (declarations.own and not jumps):
+    if declarations.kind not in MOVING or (declarations.own and not declarations.jumps):
         return 1
     if fmu_step is not None:
         return _parts(round(step / fmu_step))

@@ -317,14 +317,14 @@ def _data_lines(substeps: int, jumps: bool | None) -> list[str]:
     if jumps is not None:
         lines += comment_lines(
             "Inputs jump, as with a switch, a valve or an emergency stop: the kinds steps, "
-            "held_random, binary and stops do so at any time within a step. Where yours do not, "
-            "leave this out; then they go straight to the next value within one step."
+            "held_random, binary and stops do so, at samples and at any time within a step. Leave "
+            "this out where yours do not; then they go straight to the next value within one step."
             if jumps
             else "Do your inputs jump, as with a switch, a valve or an emergency stop? Then write "
             "jumps = true. The kinds steps, held_random, binary and stops then jump at any time "
             "within a step. With jumps = false, the default, inputs go straight to the next value "
             "within one step, and the error bound does not know jumps. A recipe of slide-fmu init "
-            "--jumps has more and larger jumps."
+            "--jumps has more and larger jumps, and the kinds binary and stops."
         )
         lines.append("jumps = true" if jumps else "# jumps = true")
     return ["[data]", *lines, ""] if lines else []

@@ -100,9 +100,16 @@ def test_proposed_recipe_says_what_was_found_and_assumed(lag: Path) -> None:
     assert "# The range was given." in found.text
 
 
-@pytest.mark.parametrize("jumps", [False, True])
-def test_proposal_asks_whether_inputs_jump(lag: Path, jumps: bool) -> None:
-    found = proposed(lag, outputs=("position",), step=0.1, jumps=jumps)
+@pytest.mark.parametrize(
+    ("unit", "wanted", "jumps"),
+    [("N", None, True), ("N", False, False), ("mm", None, False), ("mm", True, True)],
+)
+def test_forces_jump_and_lengths_do_not_unless_users_say_so(
+    here: Path, unit: str, wanted: bool | None, jumps: bool
+) -> None:
+    """In motions of a model with an input in N, and another one in this unit."""
+    lag = written(here / "slow_lag.py", LAG.replace('"unit": "N"', f'"unit": "{unit}"'))
+    found = proposed(lag, outputs=("position",), step=0.1, jumps=wanted)
     recipe = recipe_of(found)
     assert recipe.data.jumps is jumps
     assert ("\n# jumps = true\n" in found.text) is not jumps

@@ -48,6 +48,13 @@ def shortened(names: Iterable[str], most: int = 20) -> str:
     return f"{listed[:most]}{more}"
 
 
+def files_named(paths: Sequence[str], most: int = 3) -> str:
+    """Name files for a message; where there are many, the first of them and their number."""
+    if len(paths) <= most:
+        return ", ".join(paths)
+    return f"{paths[0]}, {paths[1]} and {len(paths) - 2} more files"
+
+
 @dataclass(frozen=True)
 class Text:
     """A Text is a text in a column where a number was expected.

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
+from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError, files_named
 from slide_fmu.records.clock import EVEN, clock_of_record, drift
 from slide_fmu.records.faults import (
     held_samples,
@@ -157,13 +156,6 @@ def messages(findings: Iterable[Finding]) -> tuple[str, ...]:
         if len(paths) > 1:
             said[-1] += f". The same is so in {files_named(paths[1:])}"
     return tuple(said)
-
-
-def files_named(paths: Sequence[str], most: int = 3) -> str:
-    """Name a few files, and count the others."""
-    names = [Path(path).name for path in paths]
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more files" if more > 0 else "")
 
 
 def require_sound(findings: Iterable[Finding]) -> None:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from slide_fmu.core.signals import FloatArray, Hold, Trajectory
-from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
+from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError, files_named
 from slide_fmu.records.clock import Clock, clock_of_record, neat_step
 from slide_fmu.records.resampling import LONGER, Resampling, plan_resampling, resampled
 from slide_fmu.records.rest import begins_at_rest, begins_in_motion, resting_samples
@@ -109,28 +109,39 @@ def prepared(records: Sequence[Record], preparation: Preparation) -> PreparedRec
     clocks = [_sound_clock(record) for record in records]
     step = preparation.step or neat_step(clocks[0], clocks[0].longest(len(records[0].time)))
     pieces: list[Piece] = []
-    remarks: list[str] = []
+    resampling: dict[str, list[str]] = {}
+    cuts: list[tuple[str, int, int]] = []
     for index, (record, clock) in enumerate(zip(records, clocks, strict=True)):
         length = clock.longest(len(record.time))
         plan = plan_resampling(clock.step, step, clock.jitter, length)
-        remarks += _about_resampling(record, plan, preparation.hold)
+        for how in _about_resampling(plan, preparation.hold):
+            resampling.setdefault(how, []).append(record.path)
         needed = (*preparation.inputs, *(preparation.outputs if plan.needed else ()))
         ranges = gap_free_ranges(record, clock, needed)
         cut = [_piece(record, index, s, plan, preparation) for s in ranges]
         kept = [piece for piece in cut if piece is not None]
         if len(ranges) > 1 or len(kept) < len(ranges):
-            left_out = len(ranges) - len(kept)
-            remarks.append(
-                f"{record.path}: cut into {len(ranges)} pieces where samples are missing; "
-                f"{left_out} of them have fewer than {preparation.least} samples and are left out"
-            )
+            cuts.append((record.path, len(ranges), len(ranges) - len(kept)))
         pieces += kept
     if not pieces:
         raise RecordError(
             f"{records[0].path}: no piece without gaps has {preparation.least} samples of step "
             f"{step:.6g} s; expected at least one: record without gaps, or ask for fewer samples"
         )
+    remarks = [f"{files_named(paths)}: {how}" for how, paths in resampling.items()]
+    remarks += _about_cuts(cuts, preparation.least)
     return PreparedRecords(tuple(pieces), tuple(remarks))
+
+
+def _about_cuts(cuts: Sequence[tuple[str, int, int]], least: int) -> list[str]:
+    """Return one remark on the files that are cut: path, pieces, and how many are left out."""
+    if not cuts:
+        return []
+    paths, pieces, left_out = zip(*cuts, strict=True)
+    return [
+        f"{files_named(paths)}: cut into {sum(pieces)} pieces where samples are missing; "
+        f"{sum(left_out)} of them have fewer than {least} samples and are left out"
+    ]
 
 
 def _sound_clock(record: Record) -> Clock:
@@ -213,8 +224,8 @@ def _paired(inputs: FloatArray, outputs: FloatArray, step: float, pairing: Pairi
     return Trajectory(step, inputs[1:] if pairing == "same" else inputs[:-1], outputs)
 
 
-def _about_resampling(record: Record, plan: Resampling, hold: Hold) -> list[str]:
-    """Return a remark on how a record is resampled, if it is."""
+def _about_resampling(plan: Resampling, hold: Hold) -> list[str]:
+    """Say how a record is resampled, if it is."""
     if not plan.needed:
         return []
     means = "; held inputs are averaged over each step" if hold == "zero_order" else ""
@@ -228,4 +239,4 @@ def _about_resampling(record: Record, plan: Resampling, hold: Hold) -> list[str]
         how = f"cubic splines for outputs and {lines}"
         if LONGER * plan.step < plan.own:
             how += "; nothing is known between the measured samples"
-    return [f"{record.path}: resampled from {plan.own:.6g} s to {plan.step:.6g} s by {how}{means}"]
+    return [f"resampled from {plan.own:.6g} s to {plan.step:.6g} s by {how}{means}"]

@@ -15,8 +15,9 @@ from typing import final
 
 from slide_fmu.core.progress import Progress, ProgressListener, part_of, quiet_stages
 from slide_fmu.fitting.preparation import FitPreparation, Work, prepare, scales_of
+from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS
 from slide_fmu.fitting.state_space.fit_data import fit_data
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import FIRST_UNITS
 from slide_fmu.recipe.case import Case

@@ -79,6 +79,10 @@ class AnySizing(Protocol):
     def left_out(self) -> str | None:
         """What was left out for want of time; None if nothing was."""
 
+    @property
+    def states(self) -> int | None:
+        """The number of states of a linear fit; None without one."""
+
     def figures(self) -> SizingFigures:
         """Return the figures for JSON files."""
 
@@ -114,6 +118,11 @@ class Sizing:
     refusal: str | None = None
     failed: str | None = None
     left_out: str | None = None
+
+    @property
+    def states(self) -> None:
+        """A system that is simulated has no linear fit."""
+        return None
 
     @property
     def forgets(self) -> bool:

@@ -232,7 +232,8 @@ def counted_work(job: Job) -> dict[str, Span]:
     recipe, source = job.recipe, job.case.source
     cost = cost_of_second(source, job.case, job.folder, job.bar)
     signals = len(source.inputs), len(source.outputs)
-    return estimated_work(recipe, job.open_keys, cost, signals)
+    states = None if job.sizing is None else job.sizing.states
+    return estimated_work(recipe, job.open_keys, cost, signals, states)
 
 
 @asked_of_sources

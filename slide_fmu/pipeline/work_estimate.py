@@ -13,7 +13,10 @@ from typing import final
 
 from slide_fmu.fitting.state_space.amounts import (
     FORGOTTEN_BY_STARTS,
+    LINEAR_ITERATIONS,
     LONG_BURN_IN,
+    MORE_SHOWN,
+    MOST_OF_LINEAR,
     MOST_OF_STARTS,
     PER_PARAMETER,
     SEGMENT,
@@ -74,7 +77,11 @@ class Span:
 
 
 def estimated_work(
-    recipe: Recipe, open_keys: Collection[str], cost: float, n_signals: tuple[int, int]
+    recipe: Recipe,
+    open_keys: Collection[str],
+    cost: float,
+    n_signals: tuple[int, int],
+    states: int | None = None,
 ) -> dict[str, Span]:
     """Return the computing time of each stage of a run in s.
 
@@ -83,13 +90,14 @@ def estimated_work(
         open_keys: keys that are still to be found.
         cost: time in s in which one process simulates a second.
         n_signals: numbers of inputs and outputs.
+        states: number of states that a linear fit of records has; None of a model.
     """
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
-    is_open, is_cheap = "data.train" in open_keys, cheap(of_simulated)
+    is_open, is_cheap = "data.train" in open_keys and states is None, cheap(of_simulated)
     known = MOST if is_open and is_cheap else recipe.data.train
     found = is_open and not is_cheap
     train = Span(FIRST, MOST) if found else Span(known, known)
-    fits = _Fits(recipe, *n_signals)
+    fits = _Fits(recipe, *n_signals, states)
     work = {
         WINDOW: Span(),
         DATA: _numbers(recipe, open_keys, train, of_simulated).times(of_simulated),
@@ -176,19 +184,29 @@ class _Fits:
     recipe: Recipe
     n_inputs: int
     n_outputs: int
+    states: int | None = None
 
-    def iteration(self, train: float, units: int | None = None, start: bool = False) -> float:
+    def iteration(
+        self,
+        train: float,
+        units: int | None = None,
+        start: bool = False,
+        linear: int | None = None,
+    ) -> float:
         """Return the time in s of an iteration of a network on a number of trajectories.
 
-        Starts are fitted to a part of them.
+        Starts are fitted to a part of them; ``linear`` is the number of states of a linear model.
         """
         network, window = self.recipe.network, self.recipe.window
         training = self.recipe.training
         if not isinstance(network, StateSpaceRecipe):
             return 0.0
         assert isinstance(training, LeastSquaresRecipe)
-        order = STATES if network.order == "auto" else network.order + network.padding
+        known = self.states or STATES
+        order = known if network.order == "auto" else network.order + network.padding
         hidden = (units or UNITS) if network.hidden == "auto" else network.hidden
+        if linear is not None:
+            order, hidden = linear, 0
         burn_in = window.n_in - window.n_out
         samples = round(self.recipe.data.duration / window.step)
         pieces = max(1, round((samples - burn_in) / max(SEGMENT, burn_in)))
@@ -215,13 +233,27 @@ class _Fits:
         if not isinstance(training, LeastSquaresRecipe):
             return STEP_OF_HEAD * training.steps
         assert isinstance(network, StateSpaceRecipe)
-        last = self._last(training, train, least)
+        last = self._last(training, train, least) + self._states_found(train, least)
         if network.hidden != "auto" and network.order != "auto":
             starts = training.search_iterations(training.starts, training.expert.kept)
             return last + starts * self.iteration(train, start=True)
         runs = training.search_iterations(SEARCHED, 1 if least else ROUNDS)
         sizes = [UNITS] if least or network.hidden != "auto" else SIZES
         return last + sum(runs * self.iteration(train, size, start=True) for size in sizes)
+
+    def _states_found(self, train: float, least: bool) -> float:
+        """Return the time in s of the linear models that tell the number of states of records."""
+        network = self.recipe.network
+        assert isinstance(network, StateSpaceRecipe)
+        if self.states is None or network.order != "auto":
+            return 0.0
+        orders = range(1, self.states + (1 if least else 1 + MORE_SHOWN))
+        ends = ENDS_EARLY if least else 1.0
+        lead = self.recipe.window.n_in - self.recipe.window.n_out
+        scored = round(self.recipe.data.duration / self.recipe.window.step) - lead
+        few = train * scored * self.n_outputs > MOST_OF_LINEAR
+        each = [self.iteration(train, start=few, linear=order) for order in orders]
+        return ends * LINEAR_ITERATIONS * sum(each)
 
     def companion(self, train: float, least: bool) -> float:
         """Return the least or the largest time in s of a companion, whose sizes are known."""

@@ -139,7 +139,9 @@ class Trial:
         )
         signals = len(self.system.inputs), len(self.system.outputs)
         open_keys = self.open_recipe.open_keys
-        work = estimated_work(guess, open_keys, self.seconds or 0.0, signals)
+        states = self.sizing.states
+        known = guess if states is None else recipe  # the samples of records decide the numbers
+        work = estimated_work(known, open_keys, self.seconds or 0.0, signals, states)
         whole = sum(work.values(), Span())
         costs = Costs(
             trajectories=counts,

@@ -239,4 +239,4 @@ def _about_resampling(plan: Resampling, hold: Hold) -> list[str]:
         how = f"cubic splines for outputs and {lines}"
         if LONGER * plan.step < plan.own:
             how += "; nothing is known between the measured samples"
-    return [f"resampled from {plan.own:.6g} s to {plan.step:.6g} s by {how}{means}"]
+    return [f"resampled from {plan.own:.4g} s to {plan.step:.6g} s by {how}{means}"]

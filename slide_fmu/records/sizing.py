@@ -70,6 +70,11 @@ class RecordSizing:
         return self.decay.remaining_amplitude
 
     @property
+    def states(self) -> int:
+        """The number of states of the linear fit."""
+        return self.decay.states
+
+    @property
     def forgets(self) -> bool:
         """Tell whether some window can hold the memory of the system."""
         return not self.decay.lasts

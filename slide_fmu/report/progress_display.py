@@ -117,7 +117,7 @@ class _Time(rich_progress.ProgressColumn):
         if task.finished:
             return Text(f"took {_duration(task.finished_time or 0.0)}")
         left = task.time_remaining
-        return Text("" if left is None else f"{_duration(left)} left")
+        return Text("" if left is None else _left(left, bool(task.fields.get("at_most"))))
 
 
 @final
@@ -134,7 +134,9 @@ class _Bar:
     def __call__(self, done: int, total: int, error: float | None = None) -> None:
         """Show how far the work is."""
         if self.task is None:
-            self.task = self.bars.add_task(self.name, total=None, counted="", remark="")
+            self.task = self.bars.add_task(
+                self.name, total=None, counted="", remark="", at_most=self.at_most
+            )
         counted = f"{done} of {_total(done, total, self.at_most)}"
         remark = _remark(error) if self.wide else _percent(error)
         self.bars.update(self.task, completed=done, total=total, counted=counted, remark=remark)
@@ -191,7 +193,7 @@ class _Lines:
             return ""
         if done >= total:
             return f"took {_duration(passed)}"
-        return f"{_duration(passed / made * (total - done))} left"
+        return _left(passed / made * (total - done), self.at_most)
 
     def part(self, name: str, at_most: bool) -> Progress:
         """Open a part of the stage."""
@@ -205,6 +207,11 @@ def _part_name(stage: str, part: str) -> str:
 def _total(done: int, total: int, at_most: bool) -> str:
     """Write the amount of work, with "at most" where a stage may end early."""
     return f"at most {total}" if at_most and done < total else str(total)
+
+
+def _left(seconds: float, at_most: bool) -> str:
+    """Write the time that is left; of work that may end early it is the most that may be."""
+    return f"{'at most ' if at_most else ''}{_duration(seconds)} left"
 
 
 def _duration(seconds: float) -> str:

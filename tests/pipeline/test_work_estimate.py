@@ -36,6 +36,21 @@ def test_open_recipe_has_ranges_and_a_quick_one_takes_less() -> None:
     assert list(both[0]) == sorted(both[0], key=ORDER.index) or set(both[0]) <= set(ORDER)
 
 
+def test_records_of_many_states_take_the_time_of_their_linear_models_too() -> None:
+    """The numbers of segments are known then, whatever they cost."""
+    one = parse_open_recipe(OPEN, "it")
+    few, many = (
+        estimated_work(one.guess, one.open_keys, 0.0, SIGNALS, states)[TRAINING]
+        for states in (4, 28)
+    )
+    assert many.low > 10 * few.low
+    assert many.high > many.low
+    sizes = {"network": {"order": 4, "hidden": 8}, "data": {"duration": 8.0}}
+    known = tiny_state_space_recipe(**sizes)
+    both = [estimated_work(known, (), 0.0, SIGNALS, states)[TRAINING] for states in (None, 28)]
+    assert both[0] == both[1]
+
+
 def test_time_follows_trajectories_cost_and_sizes() -> None:
     sizes = {"network": {"order": 4, "hidden": 8}, "bound": {}, "data": {"duration": 8.0}}
     base = estimated_work(tiny_state_space_recipe(**sizes), (), COST, SIGNALS)

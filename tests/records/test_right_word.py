@@ -210,6 +210,25 @@ def test_refused_init_writes_its_recipe_and_exits_with_an_error(
     assert keys == {"missing": -9999, "fill": 1}
 
 
+def test_many_files_have_one_remark_of_each_kind(tmp_path: Path) -> None:
+    """Each of them has lost rows, an outlier, and times without a unit that jitter."""
+    rng = np.random.default_rng(0)
+    paths = []
+    for seed in range(12):
+        valve = smooth(1200, seed)
+        level = response(valve, 0.4)
+        level[600] += 60.0
+        time = times(1200) + 0.03 * STEP * rng.normal(size=1200)
+        kept = np.delete(np.arange(1200), [200, 300 + seed])
+        columns = {"time": time[kept], "valve": valve[kept], "level": level[kept]}
+        paths.append(str(write(tmp_path / f"{seed}.csv", **columns)))
+    remarks = propose_record(RecordOptions(tuple(paths), {"valve": None})).remarks
+    for words in ("gaps", "jump away", "off even ones", "have no unit", "resampled from", "cut into"):
+        assert sum(words in remark for remark in remarks) == 1, words
+    assert said(remarks, "gaps", "The same is so in", "and 9 more files")
+    assert said(remarks, "and 10 more files: cut into 36 pieces")
+
+
 def test_log_of_a_robot_is_read_as_it_is(
     tmp_path: Path, valve: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -82,7 +82,10 @@ def test_lines_say_the_total_the_time_left_and_the_relative_error(
         fit(stages("surrogate"), clock)
     lines = pipe.getvalue().splitlines()
     assert lines[0] == "surrogate, 4 states: 0 of at most 40"
-    assert lines[1] == "surrogate, 4 states: 6 of at most 40, 1 min left, validation error 1.67 %"
+    assert (
+        lines[1]
+        == "surrogate, 4 states: 6 of at most 40, at most 1 min left, validation error 1.67 %"
+    )
     assert len(lines) == 6
     assert lines[-1] == "surrogate, 4 states: 30 of 30, took 1 min, validation error 0.287 %"
 

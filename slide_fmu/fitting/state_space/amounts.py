@@ -24,3 +24,12 @@ MOST_OF_VALIDATION = 200_000
 THINNEST = 8
 """Largest step between samples in the matrix J'J of an iteration; it divides ``BLOCK`` of
 ``normal_equations``."""
+
+LINEAR_ITERATIONS = 15
+"""Largest number of iterations of a linear fit."""
+
+MOST_OF_LINEAR = 200_000
+"""Largest number of residuals for linear fits on all data; above it, the starts' data are used."""
+
+MORE_SHOWN = 2
+"""Number of states that impulse responses may hide; they may also show too many."""

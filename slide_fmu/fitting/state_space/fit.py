@@ -14,11 +14,12 @@ from slide_fmu.fitting.errors import TrainingError
 from slide_fmu.fitting.history import History, UnitTrial
 from slide_fmu.fitting.ladder import pays, run_while_it_pays
 from slide_fmu.fitting.problem import FittedNetwork, Problem
+from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.sizes import (
     POOR,

@@ -18,6 +18,7 @@ import torch
 
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
+from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS, MOST_OF_LINEAR
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
 from slide_fmu.fitting.state_space.fit_data import FitData
@@ -39,10 +40,6 @@ from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.recipe.against_system import require_turned_pairs
 
-LINEAR_ITERATIONS = 15
-"""Largest number of iterations of a linear fit."""
-MOST_RESIDUALS = 200_000
-"""Largest number of residuals for linear fits on all data; above it, the starts' data are used."""
 SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
 """Shortest and longest impulse responses, in samples, to realize a linear model from. In between
 they are as long as the truncated part of the window."""
@@ -156,7 +153,7 @@ class MultiStart:
         They are fitted to all data, or to the starts' data if there are very many.
         """
         shape, data, fits = self.shape(order, 0), self.data, []
-        segments = data.part if data.whole.targets.numel() > MOST_RESIDUALS else data.whole
+        segments = data.part if data.whole.targets.numel() > MOST_OF_LINEAR else data.whole
         for source, model in self._linear_starts(shape).items():
             theta = shape.linear(*model).to(data.features)
             name = f"linear, {order} states, from {source}"

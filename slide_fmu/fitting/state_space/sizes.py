@@ -27,8 +27,9 @@ from slide_fmu.fitting.ladder import (
     pays,
     run_while_it_pays,
 )
+from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS, MORE_SHOWN
 from slide_fmu.fitting.state_space.fit_data import FitData
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.residual import (
     PART,
     learnable_share,
@@ -61,8 +62,6 @@ USED = 0.98
 """Hidden units use additional states if the error falls below this fraction, after all iterations:
 short runs do not show it. Linear models do not show such states, since most of their error is
 learnt by hidden units only."""
-MORE_SHOWN = 2
-"""Number of states that impulse responses may hide; they may also show too many."""
 GOOD = 5e-3
 """A network with an error below this, relative to the outputs' deviation, is not enlarged: the fit
 on all data follows, and usually halves the error. Validation and training error are both checked:

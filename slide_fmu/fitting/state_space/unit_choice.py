@@ -17,10 +17,11 @@ import torch
 from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.history import UnitTrial
 from slide_fmu.fitting.ladder import WORTHWHILE, Ladder, cheapest_as_good
+from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import FitData
-from slide_fmu.fitting.state_space.multi_start import LINEAR_ITERATIONS, Candidate, MultiStart
+from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.sizes import orders_to_try

@@ -200,7 +200,7 @@ def test_linear_models_of_very_many_data_are_fitted_to_the_starts_part(
     data = fit_data(problem, StateSpaceRecipe(**network), QUICK)
     count = data.whole.targets.numel()
     for most, in_part in ((count, False), (count - 1, True)):
-        monkeypatch.setattr(multi_start_module, "MOST_RESIDUALS", most)
+        monkeypatch.setattr(multi_start_module, "MOST_OF_LINEAR", most)
         fresh = replace(problem, checkpoint=tmp_path / f"{most}.pt")
         found, error = linear_of(fresh, network)
         assert found == [in_part] * 2

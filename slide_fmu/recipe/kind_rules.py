@@ -42,6 +42,8 @@ class Words:
         inputs_seen: a sentence before the list of inputs that a surrogate was trained on.
         parameters: the values of physical parameters at which errors were measured.
         calibrated_by: what error bounds are calibrated by, behind its number.
+        more_data: what to give where there are too few data.
+        where_flat: a further remedy for networks that predict a constant; mostly empty.
         lasting_memory: a further reason for a network that does not forget; mostly empty.
     """
 
@@ -52,6 +54,8 @@ class Words:
     inputs_seen: str
     parameters: str
     calibrated_by: str = "trajectories of the same mix"
+    more_data: str = "more or other data (data.train, data.excitation)"
+    where_flat: str = ""
     lasting_memory: str = ""
 
 

@@ -71,6 +71,9 @@ class RecordRules(KindRules):
         parameters="Every segment has the values of its specimen.",
         calibrated_by="blocks of the records that no network learnt from, each of which counts as "
         "one trajectory",
+        more_data="longer records, with other inputs",
+        where_flat=". Where a record rests most of the time, cut the rests short, and let its "
+        'files begin at rest (system.parameters start = "rest")',
         # records cannot be simulated until they come to rest
         lasting_memory=" (a system with hysteresis, or with a drift, never forgets what happened "
         "to it: no network that has learnt its records passes)",

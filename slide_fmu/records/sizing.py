@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from slide_fmu.core.window import Window
-from slide_fmu.memory.decay import recommend_window, too_short
+from slide_fmu.memory.decay import recommend_window
 from slide_fmu.memory.decay_figures import (
     FittedTime,
     LinearModelFigures,
@@ -94,7 +94,17 @@ class RecordSizing:
         """Reason why this window is, or all windows are, too short; None if not."""
         if not self.forgets:
             return self._lasting()
-        return too_short(self.window, self.needed)
+        window = self.window
+        enough = self._recommended()
+        if window.n_in >= enough:
+            return None
+        lengths = f"{window.n_in} - {window.n_out} = {window.n_truncated}"
+        return (
+            f"window: n_in - n_out = {lengths} samples ({window.truncation_time:.4g} s) are "
+            "truncated, but the slowest pole of a linear fit "
+            f"takes {enough - window.n_out} samples ({self.needed:.4g} s) to decay: give n_in >= "
+            f'{enough}, or n_in = "auto", a larger step, or a larger remaining amplitude'
+        )
 
     @property
     def remark(self) -> str | None:

@@ -10,6 +10,7 @@ from slide_fmu.core.measures import percent
 from slide_fmu.core.units import behind
 from slide_fmu.fitting.history import History, SizeTrial
 from slide_fmu.recipe.learning import LeastSquaresRecipe
+from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.validation.error_figures import ValidationFigures
@@ -36,10 +37,10 @@ class QualityError(ValueError):
     """A surrogate is less accurate than its recipe requires, or predicts a constant."""
 
 
-REMEDY = (
-    "give more or other data (data.train, data.excitation), a larger network (network.hidden), or "
-    "a longer training"
-)
+def remedy(recipe: Recipe) -> str:
+    """Return the remedy for a large error, by what the kind of the recipe's system may have."""
+    more = rules_of(recipe).words.more_data
+    return f"give {more}, a larger network (network.hidden), or a longer training"
 
 
 def require_motion(in_range: Validation) -> None:
@@ -61,8 +62,7 @@ def require_motion(in_range: Validation) -> None:
         raise QualityError(
             f"surrogate {in_range.recipe.name!r} is not exported, since it predicts a constant: "
             f"{'; '.join(flat)} on unseen trajectories; expected at least {percent(FLAT)} of it: "
-            f"{REMEDY}. Where a record rests most of the time, cut the rests short, and let its "
-            'files begin at rest (system.parameters start = "rest")'
+            f"{remedy(in_range.recipe)}{rules_of(in_range.recipe).words.where_flat}"
         )
 
 
@@ -82,7 +82,7 @@ def require_quality(recipe: Recipe, figures: RunFigures) -> None:
         raise QualityError(
             f"surrogate {recipe.name!r} is not accurate enough: {', '.join(worse)} on unseen "
             f"trajectories; expected at most {percent(most)} (validation.require = {most:g}): "
-            f"{REMEDY}, or require less"
+            f"{remedy(recipe)}, or require less"
         )
 
 
@@ -92,7 +92,7 @@ def remark_on_error(recipe: Recipe, measured: Measured) -> str | None:
     if not worse:
         return None
     return (
-        f"the surrogate is far off on unseen trajectories: {', '.join(worse)}; {REMEDY}; "
+        f"the surrogate is far off on unseen trajectories: {', '.join(worse)}; {remedy(recipe)}; "
         "validation.require refuses a surrogate whose error is larger than its value"
     )
 

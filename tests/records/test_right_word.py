@@ -223,7 +223,14 @@ def test_many_files_have_one_remark_of_each_kind(tmp_path: Path) -> None:
         columns = {"time": time[kept], "valve": valve[kept], "level": level[kept]}
         paths.append(str(write(tmp_path / f"{seed}.csv", **columns)))
     remarks = propose_record(RecordOptions(tuple(paths), {"valve": None})).remarks
-    for words in ("gaps", "jump away", "off even ones", "have no unit", "resampled from", "cut into"):
+    for words in (
+        "gaps",
+        "jump away",
+        "off even ones",
+        "have no unit",
+        "resampled from",
+        "cut into",
+    ):
         assert sum(words in remark for remark in remarks) == 1, words
     assert said(remarks, "gaps", "The same is so in", "and 9 more files")
     assert said(remarks, "and 10 more files: cut into 36 pieces")

@@ -14,6 +14,7 @@ from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import Recipe, RecipeError
 from slide_fmu.records.model import MeasuredRecords
 from slide_fmu.records.sizing import RecordSizing, lengths_of_records, size_records
+from slide_fmu.report.quality import remedy
 from tests.own_records import RATE, RECIPE, STEP, force_and_travel, write_record
 from tests.refusals import refused
 
@@ -103,3 +104,12 @@ def test_record_without_enough_samples_for_a_fit_is_refused(tmp_path: Path) -> N
     path = write_record(tmp_path / "a.csv", 40)
     with refused(RecipeError, "27 samples with", "recipe 'bench'"):
         sized(path)
+
+
+def test_remedies_of_records_name_no_keys_that_they_do_not_have(tmp_path: Path) -> None:
+    path = write_record(tmp_path / "a.csv")
+    problem = sized(path, RECIPE.replace("n_in = 240", "n_in = 100")).problem
+    assert problem is not None
+    assert "100 - 80 = 20 samples (0.2 s) are truncated" in problem
+    for text in (problem, remedy(recipe_of(path))):
+        assert not any(word in text for word in ("seed", "data.train", "data.excitation"))

@@ -221,13 +221,14 @@ def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
     ``learnable`` is the part of its validation error that could still be learnt, relative to the
     outputs' standard deviation. A network is poor if that is large.
     """
-    remarks, noise = [], data.problem.noise
+    remarks, noise, measured = [], data.problem.noise, data.problem.measured
+    more = "longer records" if measured else "more trajectories (data.train)"
     if learnable >= POOR:
         how = "" if noise is None else ", weighted by the spectrum of the noise"
         remarks.append(
             f"the network misses {100 * winner.error:.2g} % of the outputs (RMS over standard "
             f"deviation, in validation{how}), and {100 * learnable:.2g} % could still be learnt "
-            "from the inputs: give more trajectories (data.train), more units (network.hidden) or "
+            f"from the inputs: give {more}, more units (network.hidden) or "
             "states (network.order), or more starts (training.starts)"
         )
     parameters, samples = winner.shape.n_parameters, data.whole.targets.numel()
@@ -235,7 +236,7 @@ def remark_on(winner: Candidate, learnable: float, data: FitData) -> str | None:
         remarks.append(
             f"the network has {parameters} parameters and was learnt from {samples} samples of "
             f"outputs, {samples / parameters:.2g} for each; expected at least {PER_PARAMETER}: "
-            "its validation error says little about other data; give longer records "
-            "(data.train), or fewer units (network.hidden)"
+            f"its validation error says little about other data; give {more}, or fewer units "
+            "(network.hidden)"
         )
     return "; ".join(remarks) or None

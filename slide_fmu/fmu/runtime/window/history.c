@@ -229,9 +229,9 @@ SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHist
     return (SlideReader){shape, history, newest, -step_at(shape, history, newest)[0], false, 1};
 }
 
-double slide_history_steps_length(const SlideReader *reader, uint64_t step) {
+const double *slide_history_step(const SlideReader *reader, uint64_t step) {
     const bool kept = step >= oldest(reader) && step < *reader->history->count;
-    return kept ? step_at(reader->shape, reader->history, step)[0] : 0;
+    return kept ? step_at(reader->shape, reader->history, step) : NULL;
 }
 
 static const double *step_read(const SlideReader *reader) {
@@ -259,17 +259,6 @@ static const double *inputs_after(const SlideReader *reader, uint64_t step) {
     return step + 1 == *reader->history->count
                ? reader->history->end
                : step_at(reader->shape, reader->history, step + 1) + 1;
-}
-
-double slide_history_change(const SlideReader *reader, uint64_t step, size_t input, double *length) {
-    const double lasts = slide_history_steps_length(reader, step);
-    if (length != NULL) {
-        *length = lasts;
-    }
-    if (lasts == 0) {
-        return 0;
-    }
-    return inputs_after(reader, step)[input] - step_at(reader->shape, reader->history, step)[1 + input];
 }
 
 static bool has_moved(const SlideReader *reader, uint64_t step, size_t input) {

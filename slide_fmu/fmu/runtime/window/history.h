@@ -132,12 +132,8 @@ typedef struct {
 
 SlideReader slide_history_reader(const SlideHistoryShape *shape, const SlideHistory *history);
 
-/* The length (s) of a step by its number; 0 where it is not kept. */
-double slide_history_steps_length(const SlideReader *reader, uint64_t step);
-
-/* How much an input changes in a step by its number, and the length of the step (s) if it is wanted; 0 where the
- * step is not kept, or has not begun. */
-double slide_history_change(const SlideReader *reader, uint64_t step, size_t input, double *length);
+/* A step by its number: its length in s and the inputs at its begin, [1 + n_inputs]; NULL where none is kept. */
+const double *slide_history_step(const SlideReader *reader, uint64_t step);
 
 /* The inputs that are set or reached at a time before the present (s, negative), or at it: where they
  * are held, those of the begin of the step, with first_order on a line to those of its end; where they

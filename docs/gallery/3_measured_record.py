@@ -45,8 +45,8 @@ learnt = slide.learn(
 
 # %%
 # 15 % of the record were kept for the measurement, in blocks that are spread over it; the last one
-# ends it. There the error is hardly larger than the noise. Compared with the truth, which only this
-# tutorial knows, it is much smaller:
+# ends it. There the error is hardly larger than the noise. Compared with the truth, which this
+# tutorial alone knows, it is much smaller:
 
 [output] = learnt.figures["validation"]["in range"]["outputs"]
 print(f"measured: {100 * output['relative_rmse']:.3g} %")

@@ -19,6 +19,9 @@ NOISE, DRIFT = 3.0, 10.0
 """Outputs at rest deviate by at most the first multiple of the noise that their differences show,
 and the means of both halves of n samples differ by at most the second one over sqrt(n): five
 standard deviations, since many files are looked at."""
+LONGER = 3.0
+"""Rest is shown if it is this many times as long as outputs then take to answer the first move: a
+slow machine seems to rest at first, too, when its input has changed just before the record."""
 SURE = 2.0
 """Outputs surely move if they deviate by more than this multiple of what rest allows."""
 
@@ -57,7 +60,22 @@ def begins_at_rest(inputs: FloatArray, outputs: FloatArray) -> bool:
         outputs: shape (N, n_outputs), measured at the same samples; NaN where unknown.
     """
     count = resting_samples(inputs)
-    return count >= LEAST and are_still(outputs, count)
+    if count < LEAST or not are_still(outputs, count):
+        return False
+    return count >= LONGER * _samples_to_answer(outputs, count)
+
+
+def _samples_to_answer(outputs: FloatArray, count: int) -> float:
+    """Return after how many samples some output leaves its rest, which lasts ``count`` samples.
+
+    It is infinite where none does.
+    """
+    first = outputs[:count]
+    with np.errstate(invalid="ignore"):
+        away = np.abs(outputs[count:] - np.nanmean(first, axis=0))
+        size = NOISE * np.nanstd(first, axis=0) + STILL * np.nanstd(outputs, axis=0)
+        moved = np.flatnonzero(np.any(away > size, axis=1))
+    return float(moved[0]) if len(moved) else np.inf
 
 
 def begins_in_motion(inputs: FloatArray, outputs: FloatArray) -> bool:

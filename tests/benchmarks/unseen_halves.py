@@ -105,7 +105,7 @@ def drive(seed: int, samples: int = 8_000) -> Whole:
     return Whole(DRIVE_STEP, ("voltage [V]", "speed [rad/s]"), [(voltage, noisy)])
 
 
-def moves(seed: int, count: int = 54, rest: int = 40) -> Whole:
+def moves(seed: int, count: int = 54, rest: int = 150) -> Whole:
     """Moves of a joint with a bent spring, torque in, speed out: each from rest, in a file."""
     rng, files = np.random.default_rng(seed), []
     shape = np.sin(np.pi * np.arange(500) / 500) ** 2

@@ -128,6 +128,23 @@ def cheapest_as_good(
     return next((candidate for candidate in candidates if error(candidate) <= wanted), None)
 
 
+def fewest_by_halving(most: int, error: Callable[[int], float], wanted: float) -> int | None:
+    """Return the least number, up to ``most``, whose error is at most the wanted one.
+
+    Errors should fall with the number: then halves of the range are left out unseen.
+    """
+    if not error(most) <= wanted:
+        return None
+    too_few, enough = 0, most
+    while enough - too_few > 1:
+        middle = (too_few + enough) // 2
+        if error(middle) <= wanted:
+            enough = middle
+        else:
+            too_few = middle
+    return enough
+
+
 def run_while_it_pays(
     candidate: Rung,
     rounds: Sequence[Callable[[Rung], Rung]],

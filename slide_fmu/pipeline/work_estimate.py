@@ -15,12 +15,14 @@ from slide_fmu.fitting.state_space.amounts import (
     FORGOTTEN_BY_STARTS,
     LINEAR_ITERATIONS,
     LONG_BURN_IN,
+    MANY_STATES,
     MORE_SHOWN,
     MOST_OF_LINEAR,
     MOST_OF_STARTS,
     PER_PARAMETER,
     SEGMENT,
     THINNEST,
+    halving_orders,
 )
 from slide_fmu.pipeline.numbers import (
     FIRST,
@@ -247,7 +249,8 @@ class _Fits:
         assert isinstance(network, StateSpaceRecipe)
         if self.states is None or network.order != "auto":
             return 0.0
-        orders = range(1, self.states + (1 if least else 1 + MORE_SHOWN))
+        most = self.states if least else self.states + MORE_SHOWN
+        orders = [most, *halving_orders(most)] if self.states > MANY_STATES else range(1, most + 1)
         ends = ENDS_EARLY if least else 1.0
         lead = self.recipe.window.n_in - self.recipe.window.n_out
         scored = round(self.recipe.data.duration / self.recipe.window.step) - lead

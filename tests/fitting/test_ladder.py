@@ -6,7 +6,13 @@ import math
 
 import pytest
 
-from slide_fmu.fitting.ladder import Ladder, cheapest_as_good, pays, run_while_it_pays
+from slide_fmu.fitting.ladder import (
+    Ladder,
+    cheapest_as_good,
+    fewest_by_halving,
+    pays,
+    run_while_it_pays,
+)
 
 INF = math.inf
 
@@ -94,6 +100,19 @@ def test_cheapest_candidate_that_is_as_good_is_taken() -> None:
     errors = [0.5, 0.21, 0.2]
     assert cheapest_as_good(range(3), lambda place: errors[place], 0.22) == 1
     assert cheapest_as_good(range(3), lambda place: errors[place], 0.1) is None
+
+
+@pytest.mark.parametrize("enough", range(1, 31))
+def test_least_number_that_is_as_good_is_found_by_few_trials(enough: int) -> None:
+    tried = []
+
+    def error(number: int) -> float:
+        tried.append(number)
+        return 1.0 if number < enough else 0.1
+
+    assert fewest_by_halving(30, error, 0.2) == enough
+    assert len(tried) <= 6
+    assert fewest_by_halving(enough, lambda number: 1.0, 0.2) is None
 
 
 def test_rounds_end_with_the_first_one_that_hardly_helps() -> None:

@@ -33,3 +33,15 @@ MOST_OF_LINEAR = 200_000
 
 MORE_SHOWN = 2
 """Number of states that impulse responses may hide; they may also show too many."""
+
+MANY_STATES = 16
+"""Where more states are shown, their number is found by halving the range of orders."""
+
+
+def halving_orders(most: int) -> list[int]:
+    """Return the orders up to ``most`` that halving tries where the largest is needed."""
+    orders, too_few = [most], 0
+    while most - too_few > 1:
+        too_few = (too_few + most) // 2
+        orders.append(too_few)
+    return orders

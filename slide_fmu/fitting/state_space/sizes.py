@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import final
 
 import numpy as np
@@ -24,10 +24,16 @@ from slide_fmu.fitting.ladder import (
     WORTHWHILE,
     Ladder,
     cheapest_as_good,
+    fewest_by_halving,
     pays,
     run_while_it_pays,
 )
-from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS, MORE_SHOWN
+from slide_fmu.fitting.state_space.amounts import (
+    LINEAR_ITERATIONS,
+    MANY_STATES,
+    MORE_SHOWN,
+    halving_orders,
+)
 from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.residual import (
@@ -137,12 +143,18 @@ def orders_to_try(multi_start: MultiStart) -> list[int]:
 def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     """Return the lowest order whose linear model is as good as one of more states than shown.
 
-    Low orders are tried first: they cost least, and their fits converge best.
+    Low orders are tried first: they cost least, and their fits converge best. Of many, halves of
+    the range are left out: the time of a fit grows with the fourth power of the order.
     """
     most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
-    multi_start.ledger.plan(2 * LINEAR_ITERATIONS * (most + 1), "number of states")
-    wanted = AS_GOOD * min(multi_start.linear(order).error for order in (shown, most))
-    fewest = cheapest_as_good(range(1, most + 1), lambda n: multi_start.linear(n).error, wanted)
+    tried = len(halving_orders(most)) + 1 if shown > MANY_STATES else most + 1
+    multi_start.ledger.plan(2 * LINEAR_ITERATIONS * tried, "number of states")
+    error = cache(lambda order: multi_start.linear(order).error)
+    wanted = AS_GOOD * min(error(order) for order in (shown, most))
+    if shown > MANY_STATES:
+        fewest = fewest_by_halving(shown if error(shown) <= wanted else most, error, wanted)
+    else:
+        fewest = cheapest_as_good(range(1, most + 1), error, wanted)
     return shown if fewest is None else fewest
 
 

@@ -195,3 +195,14 @@ def test_network_that_uses_more_states_already_is_refined_alone() -> None:
     assert runs.compete(0.9).shape.n_states == 6
     assert len(runs.done) == 1
     assert runs.told == [6 - runs.network.padding]  # whoever waits for the sizes can begin
+
+
+def test_many_states_are_found_by_few_linear_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 28 states that are shown, and two more, not each order is fitted."""
+    for order in range(10, 31):
+        monkeypatch.setitem(LINEAR, order, 0.01 if order >= 26 else 0.05)
+    fitted, one = list[int](), search(monkeypatch, {}, 28)
+    linear = one.linear
+    one.linear = lambda order: fitted.append(order) or linear(order)
+    assert orders_to_try(one)[0] == 26
+    assert len(set(fitted)) <= 8

@@ -50,14 +50,14 @@ def remarks_on_records(source: MeasuredRecords, in_range: Validation) -> tuple[s
     return (
         *source.remarks,
         *remarks_on_division(in_range.recipe, source),
-        *_on_spread(in_range),
+        *on_spread(in_range),
         *_on_what_is_cut_off(in_range),
         *_on_rest(source, in_range),
         *_on_unknown_start(in_range),
     )
 
 
-def _on_spread(validation: Validation) -> list[str]:
+def on_spread(validation: Validation) -> list[str]:
     """Name the outputs whose error differs much between the blocks that were tested."""
     blocks = len(validation.comparisons)
     remarks = []

@@ -12,6 +12,7 @@ import pytest
 
 import slide_fmu as slide
 from slide_fmu.fmu.export import read_fmu
+from slide_fmu.records import own_memory
 from tests.acceptance.conftest import invoke
 from tests.libraries import build_libraries
 from tests.marks import needs_app
@@ -50,6 +51,22 @@ def test_report_has_the_error_beside_the_noise_of_the_record(place: Path) -> Non
     page = (place / "runs/bench/report.html").read_text(encoding="utf-8")
     assert "noise of what was measured" in page
     assert "bench.csv" in page
+
+
+def test_fmu_that_contradicts_its_card_is_not_exported(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As if no restart were allowed to change anything; the finished FMU stays as it was."""
+    fmu = place / "runs/bench/bench.fmu"
+    before = fmu.read_bytes()
+    monkeypatch.setattr(own_memory, "CONTRACTION", 0.0)
+    monkeypatch.setattr(own_memory, "CONTRADICTS", 0.0)
+    done = invoke("run", place / "bench.toml", "--runs", place / "runs")
+    assert done.exit_code == 1
+    message = " ".join(done.output.split())
+    assert "surrogate 'bench' is not exported: output 'travel' has a measured error of" in message
+    assert "its own truncation error is" in message
+    assert fmu.read_bytes() == before
 
 
 def test_record_that_has_changed_since_is_not_measured_on(place: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from slide_fmu.core.window import Window
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.records.remarks import apart_at_rest
+from slide_fmu.records.remarks import apart_at_rest, on_spread
 from slide_fmu.surrogate.surrogate import Surrogate
 from tests.memory.small_cells import scalar_cell
 from tests.own_records import write_record
@@ -50,3 +52,21 @@ def test_network_with_a_memory_longer_than_the_window_stays_apart(tmp_path: Path
     found = apart(tmp_path, 0.995, 0.0)
     assert found is not None
     assert np.all((found > 0.1) & (found < 1.0))
+
+
+@pytest.mark.parametrize(
+    ("blocks", "median", "p90", "said"),
+    [(5, 0.03, 0.17, True), (5, 0.03, 0.059, False), (1, 0.03, 0.17, False)],
+)
+def test_error_that_rare_events_decide_is_remarked(
+    blocks: int, median: float, p90: float, said: bool
+) -> None:
+    spread = SimpleNamespace(median=median, p10=0.0, p90=p90)
+    output = SimpleNamespace(name="travel", relative_rmse_of_trajectories=spread)
+    figures = SimpleNamespace(outputs=(output,))
+    validation: Any = SimpleNamespace(comparisons=(None,) * blocks, figures=lambda: figures)
+    remarks = on_spread(validation)
+    assert bool(remarks) == said
+    if said:
+        assert "of the 5 tested blocks, the median one has an error of 3 %" in remarks[0]
+        assert "one in ten 17 %" in remarks[0]

@@ -42,6 +42,15 @@ def test_card_of_many_kinds_fits_on_a_screen(finer: Validation) -> None:
     assert len(text.splitlines()) <= SCREEN
 
 
+def test_card_of_a_record_has_the_remarks_of_its_run(finer: Validation) -> None:
+    own, of_record = "the network has few samples", "two sensors drift"
+    figures = replace(figures_of(finer, rows=MEASURED), remark=own, sizes_tried=())
+    assert own not in model_card(described(finer.surrogate, figures)).lower()
+    measured = replace(figures, record_remarks=(of_record,))
+    text = model_card(described(finer.surrogate, measured)).lower()
+    assert f"- {of_record}.\n- {own}.\n" in text
+
+
 def test_card_says_once_how_fast_it_is_at_equal_accuracy(finer: Validation) -> None:
     figures = figures_of(finer, rows=MEASURED)
     timed = replace(figures.in_range, timing=timing(10.0))

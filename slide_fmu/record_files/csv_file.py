@@ -168,7 +168,8 @@ def guess_format(path: Path, choice: Choice) -> CsvFormat:
     ``#`` or ``%``. A first column without a name is the index of a table of pandas.
 
     Raises:
-        RecordError: there is no header, or no certain decimal sign.
+        RecordError: there is no header, a first sample with more values than names, or no certain
+            decimal sign.
     """
     encoding, lines = _first_lines(path, choice.path)
     separator, decimal = _signs(lines, choice.form)
@@ -178,6 +179,10 @@ def guess_format(path: Path, choice: Choice) -> CsvFormat:
         _require_decimals([field for row in rows[first:] for field in row], choice.path)
     units = rows[names + 1] if first > names + 1 else []
     own_units = named(_completed(rows[names]), choice.path)
+    below = next((k for k in range(first, len(rows)) if any(rows[k])), len(rows))
+    surplus = rows[below][len(own_units) :] if below < len(rows) else []
+    if any(surplus):
+        raise _wrong_width(choice.path, below + 1, len(rows[below]), len(own_units))
     for column, unit in zip(own_units, units, strict=False):
         own_units[column] = own_units[column] or _bare(unit)
     whole = (row for row in rows[first : first + LOOKED_AT] if len(row) >= len(own_units))

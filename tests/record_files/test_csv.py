@@ -309,6 +309,16 @@ def test_names_that_are_too_few_are_no_title(tmp_path: Path) -> None:
         read_record(str(tmp_path / "a.csv"))
 
 
+def test_form_that_is_guessed_wrongly_is_refused_with_the_keys(tmp_path: Path) -> None:
+    """Blanks separate, and commas are decimal."""
+    as_csv(tmp_path / "a.csv", "t u y\n0,0 1,5 2,0\n0,1 2,5 3,0\n")
+    words = "line 2 has 4 values; expected 1 values", "--read separator=SIGN, decimal=SIGN"
+    with refused(RecordError, "a.csv", *words):
+        read_record(str(tmp_path / "a.csv"), ["u", "y"])
+    (record,) = read_records([str(tmp_path / "a.csv")], ["u", "y"], form=TextForm(" ", ","))
+    assert record.columns["u"].tolist() == [1.5, 2.5]
+
+
 def test_header_above_nothing_is_refused_with_its_file_and_line(tmp_path: Path) -> None:
     as_csv(tmp_path / "a.csv", "t,u\ns,N\n")
     with refused(RecordError, "expected a line", "3 on"):

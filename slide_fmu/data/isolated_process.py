@@ -60,13 +60,19 @@ class IsolatedCall(Generic[Result]):
         arguments: its other arguments.
         stages: opens the progress that the function shows, which another thread of this process
             does; None of a function that shows none.
+        printed: whether standard error has what the program prints, as of a library that may tell
+            more there.
     """
 
     def __init__(
-        self, function: Callable[..., Result], *arguments: Any, stages: Stages | None = None
+        self,
+        function: Callable[..., Result],
+        *arguments: Any,
+        stages: Stages | None = None,
+        printed: bool = False,
     ) -> None:
         self._task = pickle.dumps((function, arguments, stages is not None))
-        self._stages = stages or quiet_stages
+        self._stages, self._printed = stages or quiet_stages, printed
         self._answer: tuple[bool, Any] | None = None
         self._shows = threading.Thread(target=self._listen, daemon=True)
 
@@ -80,7 +86,7 @@ class IsolatedCall(Generic[Result]):
             [sys.executable, "-c", code, self._folder.name],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=None if self._printed else subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": python_path, **temporary},
         )
         self._shows.start()

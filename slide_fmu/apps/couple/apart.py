@@ -116,7 +116,9 @@ def run_apart(system: CoupledSystem, options: CouplingOptions, progress: Progres
         folder = Path(name)
         beacon = Beacon(folder)
         try:
-            with IsolatedCall(_run, system, options, folder, stages=lambda _: progress) as call:
+            with IsolatedCall(
+                _run, system, options, folder, stages=lambda _: progress, printed=True
+            ) as call:
                 why = _watched(call, beacon, system, options.deadline)
                 if why is None:
                     try:

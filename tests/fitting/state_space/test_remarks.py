@@ -15,7 +15,7 @@ def remark(learnable: float, parameters: int, samples: int, noise: Any = None) -
     """The remark on a network with an error of 0.2; empty if there is none."""
     winner: Any = SimpleNamespace(error=0.2, shape=SimpleNamespace(n_parameters=parameters))
     whole = SimpleNamespace(targets=torch.zeros(samples))
-    data: Any = SimpleNamespace(problem=SimpleNamespace(noise=noise), whole=whole)
+    data: Any = SimpleNamespace(problem=SimpleNamespace(noise=noise, measured=False), whole=whole)
     return remark_on(winner, learnable, data) or ""
 
 

@@ -27,6 +27,9 @@ GOES_ON = "stopped; the same command goes on from here"
 INTERRUPTED, KILLED = 130, 143
 """Exit codes after Ctrl-C and after kill, as in shells: 128 and the number of the signal."""
 
+NO_MEMORY = "failed to map segment", "annot allocate memory"
+"""Words of an import that failed for want of memory."""
+
 console = messages()
 
 
@@ -129,14 +132,20 @@ def errors(stopped: str = STOPPED) -> Iterator[None]:
         with interruptible(stopped):
             yield
     except ImportError as error:
+        if any(words in str(error) for words in NO_MEMORY):
+            _fail_without_memory(error)
         needs = f"{error}; this subcommand needs more packages: {how_to_install('train')}"
         _fail(error, missing_extra(error) or needs)
     except OSError as error:
         _fail(error, reason_of(error))
+    except UnicodeEncodeError as error:
+        found = error.object[error.start : error.end]
+        what = f"a name has the bytes {os.fsencode(found)!r}, which are no UTF-8"
+        _fail(error, f"{what}; expected UTF-8: rename the file or folder")
     except (ValueError, RuntimeError) as error:
         _fail(error, str(error))
     except MemoryError as error:
-        _fail(error, f"not enough memory: {error or 'nothing is left'}")
+        _fail_without_memory(error)
 
 
 @contextmanager
@@ -147,6 +156,17 @@ def interruptible(stopped: str = STOPPED) -> Iterator[None]:
     except KeyboardInterrupt:
         console.print(stopped)
         raise SystemExit(INTERRUPTED) from None
+
+
+def _fail_without_memory(error: Exception) -> None:
+    """Say that the memory is full, by what needs none."""
+    if os.environ.get(TRACEBACK):
+        raise error
+    reason = str(error) or "nothing is left"
+    sys.stderr.write(
+        f"error: not enough memory: {reason}; close other programs, or raise the limit\n"
+    )
+    raise SystemExit(1) from None
 
 
 def _fail(error: Exception, message: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zipfile
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 
 MOST_MEMBERS = 10_000
 """An FMU has a few dozen members, one with C sources a few hundred."""
@@ -23,10 +23,36 @@ class ManyMembersError(zipfile.BadZipFile):
     """An archive has far more members than an FMU; reading the list would take long."""
 
 
-def open_archive(path: Path) -> zipfile.ZipFile:
-    """Open a zip archive for reading.
+class LargeMemberError(zipfile.BadZipFile):
+    """A member unpacks to far more than what it should be."""
+
+
+def leaves(name: str) -> bool:
+    """Tell whether a member would be unpacked outside of the folder of its archive."""
+    posix, windows = PurePosixPath(name), PureWindowsPath(name)
+    return bool(posix.is_absolute() or windows.drive or windows.root or ".." in windows.parts)
+
+
+def read_limited(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
+    """Read a member of at most so many bytes.
 
     Raises:
+        KeyError: there is none of this name.
+        LargeMemberError: it is larger; nothing was read.
+    """
+    size = archive.getinfo(name).file_size
+    if size > most:
+        raise LargeMemberError(f"{name} has {size} bytes; expected at most {most}")
+    return archive.read(name)
+
+
+def open_archive(path: Path, outside: bool = False) -> zipfile.ZipFile:
+    """Open a zip archive for reading.
+
+    ``outside`` allows members that leave the folder of the archive.
+
+    Raises:
+        zipfile.BadZipFile: a member leaves the folder.
         ManyMembersError: the list of its members is very long and was not read; or it has very
             many members with short names.
         zipfile.BadZipFile: the file is not an archive.
@@ -48,6 +74,13 @@ def open_archive(path: Path) -> zipfile.ZipFile:
     if count > MOST_MEMBERS:
         archive.close()
         raise ManyMembersError(f"it has {count} members; expected at most {MOST_MEMBERS}")
+    leaving = [name for name in archive.namelist() if leaves(name)]
+    if leaving and not outside:
+        archive.close()
+        raise zipfile.BadZipFile(
+            f"member {leaving[0]!r} leaves the folder of the archive; expected names below it: do "
+            "not unpack it"
+        )
     return archive
 
 

@@ -8,9 +8,9 @@ import stat
 import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 
-from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.core.zip_directory import leaves, open_archive
 from slide_fmu.fmu.export import LARGEST, SURROGATE, read_member
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.fmu.libraries.platforms import FmiVersion, libraries
@@ -39,13 +39,13 @@ def archive_problems(path: Path) -> list[str]:
     Raises:
         zipfile.BadZipFile, OSError: the file is not an archive, or cannot be read.
     """
-    with open_archive(path) as archive:
+    with open_archive(path, outside=True) as archive:
         members = archive.infolist()
     names = Counter(member.filename for member in members)
     problems = [
         f"member {name!r} leaves the folder of the FMU; expected names below it: do not unpack it"
         for name in names
-        if _leaves(name)
+        if leaves(name)
     ]
     problems += [
         f"member {name!r} is there {count} times; expected once: importers may read either"
@@ -193,16 +193,11 @@ def _sha256(path: Path, name: str) -> str:
     return hashlib.sha256(read_member(path, name) or b"").hexdigest()
 
 
-def _leaves(name: str) -> bool:
-    posix, windows = PurePosixPath(name), PureWindowsPath(name)
-    return bool(posix.is_absolute() or windows.drive or windows.root or ".." in windows.parts)
-
-
 def _ambiguous(names: Iterable[str]) -> Iterator[str]:
     """Name members below the folder of the FMU whose place differs between systems."""
     places = defaultdict(list)
     for name in names:
-        if _leaves(name):
+        if leaves(name):
             continue
         parts = name.removesuffix("/").split("/")
         if any(part != part.rstrip(" .") or not part or UNUSUAL.search(part) for part in parts):

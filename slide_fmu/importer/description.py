@@ -37,6 +37,7 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
     import fmpy
 
     try:
+        open_archive(path).close()  # it refuses what fmpy would read, or unpack elsewhere
         with path.open("rb") as file:  # fmpy does not close a file that it cannot read
             return fmpy.read_model_description(file, validate=validate)
     except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError

@@ -47,8 +47,9 @@ def parse_open_recipe(
     for place, content in _texts(tables, ()):
         if UNUSABLE.search(content):
             raise RecipeError(
-                f"{source}: {place} holds {content!r}; expected text without control characters, "
-                "since the XML files of an FMU can hold none"
+                f"{source}: {place} holds {content!r}; expected text without control characters "
+                "and in UTF-8, since the XML files of an FMU can hold nothing else: rename what "
+                "has this name"
             )
     try:
         tables = with_at_most(tables, at_most or {})

@@ -16,7 +16,7 @@ import pytest
 
 from slide_fmu.cli import console
 from slide_fmu.cli.app import OF_APPS, SUBCOMMANDS, name_of
-from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, progress_bars
+from slide_fmu.cli.console import GOES_ON, KILLED, STOPPED, errors, progress_bars
 from slide_fmu.report.console import print_noise, print_rows
 from slide_fmu.report.progress_display import Messages
 from slide_fmu.report.verdict import verdict
@@ -215,3 +215,20 @@ def test_program_that_is_ended_leaves_no_unpacked_fmu(tmp_path: Path) -> None:
         program.terminate()
         assert program.wait(HANGS) == KILLED
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (UnicodeEncodeError("utf-8", "a\udcff", 1, 2, "surrogates"), "bytes b'\\xff', which are"),
+        (MemoryError(), "not enough memory: nothing is left"),
+        (ImportError("x.so: failed to map segment from shared object"), "not enough memory: x.so"),
+    ],
+)
+def test_names_of_other_encodings_and_a_full_memory_are_said(
+    error: Exception, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended, errors():
+        raise error
+    assert ended.value.code == 1
+    assert said in " ".join(capfd.readouterr().err.split())

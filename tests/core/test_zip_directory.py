@@ -12,8 +12,10 @@ from slide_fmu.core import zip_directory
 from slide_fmu.core.zip_directory import (
     MOST_BYTES,
     MOST_MEMBERS,
+    LargeMemberError,
     ManyMembersError,
     open_archive,
+    read_limited,
 )
 from slide_fmu.fmu.export import read_member
 from slide_fmu.importer.errors import FmuError
@@ -68,3 +70,26 @@ def test_what_is_no_archive_is_said_as_before(tmp_path: Path) -> None:
     (tmp_path / "a.zip").write_bytes(b"no archive")
     with pytest.raises(zipfile.BadZipFile):
         open_archive(tmp_path / "a.zip")
+
+
+@pytest.mark.parametrize("name", ["../outside", "/outside", "C:\\outside", "a/../../outside"])
+def test_member_that_leaves_the_folder_is_refused_unless_asked_for(
+    tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / "a.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(name, b"")
+    with refused(zipfile.BadZipFile, "leaves the folder", "do not unpack it"):
+        open_archive(path)
+    with open_archive(path, outside=True) as archive:
+        assert len(archive.namelist()) == 1
+
+
+def test_member_is_read_up_to_a_limit(tmp_path: Path) -> None:
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a", b" " * 100)
+    with open_archive(path) as archive:
+        assert len(read_limited(archive, "a", 100)) == 100
+        with refused(LargeMemberError, "a has 100 bytes", "at most 99"):
+            read_limited(archive, "a", 99)

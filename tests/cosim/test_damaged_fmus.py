@@ -171,7 +171,7 @@ def test_surrogate_longer_than_its_sections_is_refused_before_it_is_unpacked(
     [
         ("modelDescription.xml", b"<a/>", "modelDescription.xml begins with <a>"),
         ("modelDescription.xml", b"<", "modelDescription.xml is no XML"),
-        ("/outside", b"", "leaves the folder of the FMU"),
+        ("/outside", b"", "leaves the folder of the archive"),
         ("resources/provenance.json", b"[" * 100_000, "provenance.json is no JSON"),
         ("resources/provenance.json", b'{"a": "\\ud800"}', "provenance.json is no JSON"),
     ],

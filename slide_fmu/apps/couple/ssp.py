@@ -17,9 +17,10 @@ import numpy as np
 
 from slide_fmu.apps.couple.structure import BOOLEAN, CoupledSystem, Pin, coupled_system
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.core.zip_directory import LargeMemberError, open_archive, read_limited
 from slide_fmu.cosim.ssp import DESCRIPTION, STRUCTURE, Connection, write_system
 from slide_fmu.cosim.ssv import parameters_of, units_of
+from slide_fmu.fmu.export import LARGEST, LARGEST_TEXT
 from slide_fmu.importer.description import REALS
 from slide_fmu.record_files.csv_file import read_fields
 
@@ -69,7 +70,10 @@ def read_ssp(path: Path, folder: Path) -> SspSystem:
     """
     try:
         with open_archive(path) as archive:
-            root = ElementTree.fromstring(archive.read(STRUCTURE))
+            size = sum(member.file_size for member in archive.infolist())
+            if size > LARGEST:
+                raise LargeMemberError(f"it unpacks to {size} bytes; expected at most {LARGEST}")
+            root = ElementTree.fromstring(read_limited(archive, STRUCTURE, LARGEST_TEXT))
             return _read(path, root, archive, folder)
     except (zipfile.BadZipFile, KeyError, ElementTree.ParseError) as error:
         raise ValueError(
@@ -219,7 +223,7 @@ def _parameters(
         sets = []
         if source is not None:
             member = posixpath.normpath(unquote(source))
-            sets.append((archive.read(member), f"{path}/{source}"))
+            sets.append((read_limited(archive, member, LARGEST_TEXT), f"{path}/{source}"))
         for inner in binding.iter(f"{SSV}ParameterSet"):
             sets.append((ElementTree.tostring(inner), f"{path}/{STRUCTURE}"))
         for content, place in sets:

@@ -11,6 +11,7 @@ import pytest
 from fmpy.ssp.ssd import read_ssd
 
 import slide_fmu as slide
+from slide_fmu.apps.couple.ssp import read_ssp
 from slide_fmu.cosim.ssv import parameter_set, parameters_of
 from tests.acceptance.conftest import invoke
 from tests.marks import needs_app
@@ -263,3 +264,22 @@ def test_step_is_the_one_that_an_fmu_names(car: Path, tmp_path: Path) -> None:
     result = invoke("couple", car, "--moving", "lower", "--report", tmp_path, "--json", "-")
     assert result.exit_code == 0, result.output
     assert '"step_s": 0.01' in result.output
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"../outside": b""}, "leaves the folder"),
+        ({"SystemStructure.ssd": b" " * 20_000_001}, "expected at most 20000000"),
+    ],
+)
+def test_hostile_ssp_is_refused_before_it_is_unpacked(
+    tmp_path: Path, more: dict[str, bytes], said: str
+) -> None:
+    path = tmp_path / "bad.ssp"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in {"SystemStructure.ssd": STRUCTURE.encode(), **more}.items():
+            archive.writestr(name, content)
+    with refused(ValueError, "bad.ssp", said):
+        read_ssp(path, tmp_path / "unpacked")
+    assert not (tmp_path / "unpacked").exists()

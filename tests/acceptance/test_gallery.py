@@ -112,8 +112,9 @@ stages.require_stability = lambda *_: None
 runpy.run_path(sys.argv[1], run_name="__main__")
 """
 """Runs a script: few motions show what its window needs, and a poor surrogate may be unstable."""
-RECIPES = ("duffing_small", "lower_half", "two_link_arm")
-"""Recipes that tutorials learn by."""
+RECIPES = ("duffing_small", "two_link_arm")
+"""Recipes that tutorials learn by, but for ``lower_half``: with a poor surrogate, explicit steps
+diverge, which ends a coupled run."""
 UNTRAINED = ("1_released_fmu", "5_chosen_motion")
 """These tutorials train nothing: their errors are as small as their pages show."""
 

@@ -83,8 +83,8 @@ def test_proposal_draws_other_motions_and_says_so(
     """White noise over the whole range breaks the spring for sure; its half shows the step."""
     monkeypatch.setattr(failing_motions, "LEAST", 4)  # motions that may fail, of 16
     monkeypatch.setattr(first_look, "SAMPLES", 1000)  # in fewer, chance may leave out that force
-    found = propose(InitOptions(str(written(tmp_path, 0.85))), silent)
-    whole = propose(InitOptions(str(written(tmp_path / "whole", 9.0))), silent)
+    found = propose(InitOptions(str(written(tmp_path, 0.85)), jumps=False), silent)
+    whole = propose(InitOptions(str(written(tmp_path / "whole", 9.0)), jumps=False), silent)
     (alone,) = whole.remarks  # f takes one state alone
     assert "for each motion alone" in alone
     assert found.draft.step == pytest.approx(whole.draft.step, rel=0.3)

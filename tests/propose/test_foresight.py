@@ -78,7 +78,7 @@ def test_step_is_made_finer_until_try_agrees(
     assert parse_open_recipe(given.text, "proposal").guess.window.step == 0.2
     seen = ProposedStep(0.2, 0.5)
     monkeypatch.setattr(first_look, "proposed_step", lambda *_: seen)
-    found = propose(InitOptions(path), silent)
+    found = propose(InitOptions(path, jumps=False), silent)  # jumps show still less
     (alone,) = found.remarks  # its functions take one state alone
     assert "for each motion alone" in alone
     assert parse_open_recipe(found.text, "proposal").guess.window.step == 0.1

@@ -320,7 +320,7 @@ def test_models_of_a_record_are_measured_on_its_part_that_nothing_learnt_from(
     path.write_text(text, encoding="utf-8")
     job = open_job(path, tmp_path / "runs", lambda _: lambda *_: None)
     figures, _ = compare_recipe(job, Terms(budget=TERMS.budget, seed=77, workers=1))
-    assert figures.trajectories == 1  # the block at the end of the record
+    assert figures.trajectories == 2  # blocks, of which the last one ends the record
     models = by_title(figures)
     assert error(models["own: state space"]) < 0.1 < error(models["ARX"])
     assert {model.failed for model in figures.models} == {None}

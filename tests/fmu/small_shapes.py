@@ -54,6 +54,7 @@ BOUNDED_MOVING = replace(
 SEEN = replace(BOUNDED, positions=3)
 SPANNED = replace(BOUNDED_MOVING, n_in=4)
 LONGER_SPANNED = replace(BOUNDED_MOVING, n_in=5)
+JUMPING = replace(MOVING, n_in=3, positions=0, cell=CellShape(2, 3))
 
 FUZZED = (
     SMALL,
@@ -77,6 +78,7 @@ FUZZED = (
     SEEN,
     SPANNED,
     LONGER_SPANNED,
+    JUMPING,
 )
 """All families, sets of features, kinds of units and of error estimators.
 
@@ -89,7 +91,7 @@ def small_surrogate(shape: Shape) -> Surrogate:
 
     One of them sees what the error estimator expects, others give the error estimate.
     """
-    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, LONGER_SPANNED):
+    if shape not in (BOUNDED, BOUNDED_MOVING, SEEN, SPANNED, LONGER_SPANNED, JUMPING):
         return random_surrogate(shape)
     surrogate = bounded_surrogate(shape, (1, 2))
     return with_span(surrogate, 2) if shape in (SPANNED, LONGER_SPANNED) else surrogate

@@ -23,6 +23,7 @@ from tests.fmu.small_shapes import (
     CELLS,
     DIRECTOR,
     GATED,
+    JUMPING,
     MOVING,
     ONE_SAMPLE,
     PARAMETRIC,
@@ -136,7 +137,9 @@ def test_every_kernel_of_this_processor_is_accurate(driver: Path) -> None:
         assert special == "1", (kernel, what)
 
 
-@pytest.mark.parametrize("shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC, BOUNDED, SPANNED])
+@pytest.mark.parametrize(
+    "shape", [SMALL, CELLS, GATED, MOVING, PARAMETRIC, BOUNDED, SPANNED, JUMPING]
+)
 def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(small_surrogate(shape))
     _run(driver, "calls", loaded.uri, loaded.guid)
@@ -144,7 +147,7 @@ def test_sequences_of_calls_stay_in_their_arrays(driver: Path, load: Load, shape
 
 
 @pytest.mark.parametrize(
-    "shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC, BOUNDED, SPANNED]
+    "shape", [SMALL, CELLS, RAMP, GATED, DIRECTOR, PARAMETRIC, BOUNDED, SPANNED, JUMPING]
 )
 def test_damaged_states_stay_in_their_arrays(driver: Path, load: Load, shape: Shape) -> None:
     loaded = load(small_surrogate(shape))

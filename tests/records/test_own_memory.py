@@ -9,16 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.core.scaling import range_scaling
-from slide_fmu.core.window import Window
-from slide_fmu.features.differences import Differences
-from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.memory.stability import UnstableSurrogateError
-from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.records.own_memory import effect_of_restarts, require_own_memory
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.memory.small_cells import scalar_cell
 from tests.own_records import write_record
+from tests.records.small_surrogates import scalar_surrogate
 from tests.records.test_segments import recipe_of, source_of
 from tests.refusals import refused
 
@@ -29,11 +23,7 @@ def validation_of(folder: Path, pole: float, effect: float, error: float = CARD)
     """A validation of x -> pole x + 5 u + effect tanh(x), whose card prints this error."""
     recipe = recipe_of(write_record(folder / "bench.csv"))
     source = source_of(recipe)
-    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    cell = scalar_cell(pole, gain=5.0, effect=effect)
-    network = StateSpace(cell, window.n_in, window.n_out, FeatureMap(Differences(1)))
-    scalings = range_scaling(source.inputs), range_scaling(source.outputs)
-    surrogate = Surrogate("bench", window, source.inputs, source.outputs, *scalings, network)
+    surrogate = scalar_surrogate(recipe, source, pole, effect)
     size = float(surrogate.predict_newest(source.pieces[0].trajectory.inputs).std())
     output = SimpleNamespace(name="travel", relative_rmse=error, rms_reference_about_mean=size)
     figures = SimpleNamespace(outputs=(output,))

@@ -9,16 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slide_fmu.core.scaling import range_scaling
 from slide_fmu.core.signals import FloatArray
-from slide_fmu.core.window import Window
-from slide_fmu.features.differences import Differences
-from slide_fmu.features.feature_map import FeatureMap
-from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.records.remarks import apart_at_rest, on_spread
-from slide_fmu.surrogate.surrogate import Surrogate
-from tests.memory.small_cells import scalar_cell
 from tests.own_records import write_record
+from tests.records.small_surrogates import scalar_surrogate
 from tests.records.test_segments import recipe_of, source_of
 
 FORGOTTEN = 1e-5
@@ -28,12 +22,7 @@ def apart(folder: Path, pole: float, effect: float) -> FloatArray | None:
     """What is found of x -> pole x + 5 u + effect tanh(x), under the force of a record."""
     recipe = recipe_of(write_record(folder / "bench.csv"))
     source = source_of(recipe)
-    window = Window(recipe.window.step, recipe.window.n_in, recipe.window.n_out)
-    cell = scalar_cell(pole, gain=5.0, effect=effect)
-    network = StateSpace(cell, window.n_in, window.n_out, FeatureMap(Differences(1)))
-    scalings = range_scaling(source.inputs), range_scaling(source.outputs)
-    surrogate = Surrogate("bench", window, source.inputs, source.outputs, *scalings, network)
-    return apart_at_rest(surrogate, recipe, source)
+    return apart_at_rest(scalar_surrogate(recipe, source, pole, effect), recipe, source)
 
 
 def test_network_that_forgets_comes_to_rest_at_one_place(tmp_path: Path) -> None:

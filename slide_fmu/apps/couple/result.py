@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class CoupledValues:
     values: Mapping[str, FloatArray]
     units: Mapping[str, str]
 
-    def with_names(self, names: Mapping[str, str]) -> CoupledValues:
+    def with_names(self, names: Mapping[str, str]) -> Self:
         """Return them with further names, each with the present one."""
         known = {name: one for name, one in names.items() if one in self.values}
         values = {**self.values, **{name: self.values[one] for name, one in known.items()}}
@@ -96,39 +97,20 @@ class StoppedRunError(CoSimulationError):
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledRun:
-    """A CoupledRun is the result of ``couple``.
+class CoupledRun(CoupledValues):
+    """A CoupledRun is the result of ``couple``: all values, and figures.
 
     Attributes:
-        time: communication points in s, (N,).
-        values: by ``COMPONENT.VARIABLE``, in their units, (N,) each.
-        units: of the values; empty where an FMU names none.
         figures: how the system was run.
     """
 
-    time: FloatArray
-    values: Mapping[str, FloatArray]
-    units: Mapping[str, str]
     figures: CoupledFigures = field(repr=False)
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return the values of ``COMPONENT.VARIABLE``."""
         return self.values[name]
 
-    def with_names(self, names: Mapping[str, str]) -> CoupledRun:
-        """Return the result with further names of its values, each with the present one."""
-        named = self._all.with_names(names)
-        return replace(self, values=named.values, units=named.units)
-
     def with_remark(self, remark: str) -> CoupledRun:
         """Return the result with a further remark."""
         figures = replace(self.figures, remarks=[*self.figures.remarks, remark])
         return replace(self, figures=figures)
-
-    def write(self, path: str | Path) -> Path:
-        """Write a table as CSV, with a column for the time and for each value; return its path."""
-        return self._all.write(path)
-
-    @property
-    def _all(self) -> CoupledValues:
-        return CoupledValues(self.time, self.values, self.units)

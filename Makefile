@@ -47,7 +47,7 @@ release: setup
 	mkdir -p runs/$(NAME) fmus/$(NAME)
 	test ! -e fmus/$(NAME)/mechanism.png || cp fmus/$(NAME)/mechanism.png runs/$(NAME)/
 	$(BIN)/slide-fmu run training/$(NAME).toml
-	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/error_against_step.png fmus/$(NAME)/
+	cp runs/$(NAME)/$(NAME).fmu runs/$(NAME)/error_against_step.png runs/$(NAME)/times.json fmus/$(NAME)/
 	test ! -e runs/$(NAME)/mechanism.png || cp runs/$(NAME)/mechanism.png fmus/$(NAME)/
 	cp runs/$(NAME)/card.md fmus/$(NAME)/README.md
 

@@ -14,12 +14,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import json
 import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from slide_fmu.cli.console import progress_bars
+from slide_fmu.core.figures import read_figures
 from slide_fmu.core.files import write_whole
 from slide_fmu.core.progress import Stages
 from slide_fmu.fmu.export import export_fmu, read_fmu, read_member
@@ -30,6 +32,7 @@ from slide_fmu.pipeline.measurement import tasks
 from slide_fmu.pipeline.run import (
     MECHANISM_PICTURE,
     PICTURE,
+    TIMES,
     StageResults,
     measure_trained,
 )
@@ -41,6 +44,7 @@ from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import released_figures
+from slide_fmu.validation.error_figures import Timing
 from slide_fmu.validation.row import SEARCH, Row
 from slide_fmu.validation.task import IN_RANGE, UNSEEN_SEED
 from slide_fmu.validation.validate import require_same_origin
@@ -56,7 +60,8 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
 
     Surrogate, provenance, measured figures and report stay as they are. Model description and
     libraries are those of this version, the drawing is that which the recipe names now. The card
-    (``README.md``) and the credentials are written from the figures.
+    (``README.md``) and the credentials are written from the figures; times on the card are those
+    of the file beside it.
 
     Args:
         fmu: the released FMU.
@@ -83,9 +88,13 @@ def rebuild(fmu: Path, new_experiment: bool = False) -> Path:
     provenance = with_origins(provenance, recipe, surrogate)
     drawn = MECHANISM_PICTURE if fmu.with_name(MECHANISM_PICTURE).exists() else None
     picture = PICTURE if fmu.with_name(PICTURE).exists() else None
-    text = model_card(FmuDescription.of(surrogate, provenance), picture, drawn)
+    described = FmuDescription.of(surrogate, provenance)
+    times = json.loads(fmu.with_name(TIMES).read_text(encoding="utf-8"))
+    text = model_card(described, picture, drawn, read_figures(Timing, times))
     seed = measured.validation[IN_RANGE].seed
-    release = Release(surrogate, case, provenance, documents(page, text), seed=seed)
+    release = Release(
+        surrogate, case, provenance, documents(page, model_card(described)), seed=seed
+    )
     with tempfile.TemporaryDirectory() as folder:
         run = export_fmu(surrogate, Path(folder) / fmu.name)
         former = None if new_experiment else fmu
@@ -128,7 +137,7 @@ def measure(fmu: Path, bar: Stages, trajectories: int | None = None, search: boo
         known = None if search else _known_search(found or {})
         results = StageResults(trained, origin, check_window(job))
         made = measure_trained(job, results, wanted, None, known)
-        for name in (PICTURE, MECHANISM_PICTURE):
+        for name in (PICTURE, MECHANISM_PICTURE, TIMES):
             if (job.folder.path / name).exists():
                 shutil.copy(job.folder.path / name, fmu.with_name(name))
         shutil.copy(job.folder.path / "card.md", fmu.with_name(CARD))

@@ -16,7 +16,7 @@ from slide_fmu.pipeline.apps import check_origins
 from slide_fmu.pipeline.run_folder import StageError, recipe_of_provenance
 from slide_fmu.recipe.case import Case, case_of
 from slide_fmu.recipe.recipe import Recipe
-from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.accuracy_sections import time_sections, validation_sections
 from slide_fmu.report.html_report import Report, Verdict
 from slide_fmu.report.run_figures import released_figures
 from slide_fmu.report.verdict import verdict, verdict_facts
@@ -161,7 +161,11 @@ def validation_report(
     group = group_of(validation.task)
     rows = rows_of(fmu, {group: validation}, case, usual, bar)
     figures = replace(validation.figures(), rows=rows)
-    sections = validation_sections({_title(validation.task): validation}, rows)
+    assert figures.timing is not None
+    sections = [
+        *validation_sections({_title(validation.task): validation}, rows),
+        *time_sections(figures.timing),
+    ]
     described = SurrogateDescription.of(validation.surrogate)
     facts = verdict_facts(rows, figures.timing, described.memory_s)
     report = Report(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from slide_fmu.core.figures import plain
 from slide_fmu.core.files import write_whole
 from slide_fmu.cosim.check import wide_differences
 from slide_fmu.data.workplace import Workplace
@@ -41,7 +43,7 @@ from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.quality import require_motion
 from slide_fmu.report.run_figures import RunFigures
-from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report
+from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report, with_times
 from slide_fmu.report.step_chart import step_charts
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.errors import SimulationError
@@ -54,6 +56,10 @@ from slide_fmu.validation.validate import require_own_memory
 
 PICTURE = "error_against_step.png"
 """Picture of the error against the communication step, in the folder of the card."""
+
+TIMES = "times.json"
+"""Times of this run on this machine, in the folder of the card. The FMU has none: it is the same
+file in each run."""
 
 MECHANISM_PICTURE = "mechanism.png"
 """Picture of the reference system in motion. The model draws it if it can; otherwise a file of
@@ -224,20 +230,24 @@ def _write_finished(
     recipe, surrogate, folder = job.recipe, measurement.surrogate, job.folder
     versions = results.trained.versions
     figures, response = run_figures(job.case, measurement, job.command, versions)
-    report = run_report(recipe, measurement, figures, response)
+    untimed = figures.without_times()
+    report = run_report(recipe, measurement, untimed, response)
     charts = step_charts(measurement.rows)
     drawn = draw_mechanism(job)
-    released = with_origins({**results.origin, "measured": figures.dump()}, recipe, surrogate)
+    released = with_origins({**results.origin, "measured": untimed.dump()}, recipe, surrogate)
     described = FmuDescription.of(surrogate, released)
-    card = model_card(described, PICTURE if charts else None, drawn)
-    members = documents(report.html().encode("utf-8"), card)
+    members = documents(report.html().encode("utf-8"), model_card(described))
     seed = measurement.validations[IN_RANGE].task.seed
     release = Release(surrogate, job.case, released, members, bare, seed=seed)
     whole = write_release(release, bare.parent / "whole" / bare.name)
+    report = with_times(report, figures, surrogate)
     page = replace(report, inside=last_section(whole)).write(folder.path)
+    timing = figures.in_range.timing
+    card = model_card(described, PICTURE if charts else None, drawn, timing)
     if charts:
         write_whole(folder.path / PICTURE, chart_picture(charts))
     write_whole(folder.path / "card.md", card.encode("utf-8"))
+    write_whole(folder.path / TIMES, json.dumps(plain(timing), indent=2).encode("utf-8") + b"\n")
     fmu = folder.fmu(recipe)
     write_whole(fmu, whole.read_bytes())
     return FinishedRun(fmu, page, figures, report.verdict.sentences)

@@ -5,6 +5,7 @@ Their jobs have been checked (``slide_fmu.pipeline.job.checked``), once for all 
 
 from __future__ import annotations
 
+import datetime
 import math
 import time
 from collections.abc import Mapping
@@ -252,7 +253,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
 
         section = stability_section(tests, surrogate.window.step)
         report = Report(f"{job.recipe.name}: not stable", job.recipe.description, {}, [section])
-        write_whole(page, report.html().encode("utf-8"))
+        write_whole(page, report.html(datetime.date.today()).encode("utf-8"))
     require_stability(tests, job.recipe, str(page))
     return tests
 

@@ -46,7 +46,7 @@ from slide_fmu.surrogate.description import SurrogateDescription
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import System
 from slide_fmu.validation.comparison import Comparison
-from slide_fmu.validation.error_figures import ResponseFigures
+from slide_fmu.validation.error_figures import ResponseFigures, Timing
 from slide_fmu.validation.response import exact_matrix, learnt_matrix, response_figures
 from slide_fmu.validation.results import Validation
 from slide_fmu.validation.row import Row
@@ -113,11 +113,14 @@ def validation_sections(
     if surrogate.error_bound is not None:
         details += bound_sections(validations, figures, surrogate)
     details += all_rows(rows)
-    timing, text = in_range.timing, "Both measured in one run on one machine."
-    details.append(ReportSection("Time per step", text, timing_table(timing)))
-    if timing.speed is not None:
-        details.append(speed_section(timing.speed))
     return [*sections, *folded(details)]
+
+
+def time_sections(timing: Timing) -> list[ReportSection]:
+    """Return the folded sections on times, which the report in an FMU does not have."""
+    text = "Both measured in one run on one machine."
+    speed = [] if timing.speed is None else [speed_section(timing.speed)]
+    return folded([ReportSection("Time per step", text, timing_table(timing)), *speed])
 
 
 def main_sections(rows: Sequence[Row], hold: Hold) -> list[ReportSection]:

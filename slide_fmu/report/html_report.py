@@ -119,8 +119,11 @@ class Report:
     inside: str | None = None
     verdict: Verdict = field(default_factory=Verdict)
 
-    def html(self) -> str:
-        """Return the whole report as one self-contained page; folded sections come last."""
+    def html(self, date: datetime.date | None = None) -> str:
+        """Return the whole report as one self-contained page; folded sections come last.
+
+        It names the day, if there is one: the page in an FMU is the same on each day.
+        """
         environment = jinja2.Environment(
             loader=jinja2.PackageLoader("slide_fmu.report"), autoescape=True, trim_blocks=True
         )
@@ -138,7 +141,7 @@ class Report:
             sections=sections,
             drawn=bool(charts),
             version=__version__,
-            date=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
+            date="" if date is None else f"{date:%d %B %Y}, ".lstrip("0"),
             charts=packed(drawn.encode("utf-8")),
             style=styles(MODULES / "charts.css", WEB / "report.css"),
             **scripts(WEB / "report.js"),
@@ -154,7 +157,7 @@ class Report:
         text = json.dumps(values, indent=2)
         write_whole(folder / "report.json", (text + "\n").encode("utf-8"))
         path = folder / "report.html"
-        write_whole(path, self.html().encode("utf-8"))
+        write_whole(path, self.html(datetime.date.today()).encode("utf-8"))
         return path
 
 

@@ -13,10 +13,14 @@ from slide_fmu.report.row_tables import card_table, explanations
 from slide_fmu.report.speed import timing_text
 from slide_fmu.report.table import ReportTable
 from slide_fmu.report.tone_map import tone_table
+from slide_fmu.validation.error_figures import Timing
 
 
 def model_card(
-    described: FmuDescription, picture: str | None = None, mechanism: str | None = None
+    described: FmuDescription,
+    picture: str | None = None,
+    mechanism: str | None = None,
+    timing: Timing | None = None,
 ) -> str:
     """Write the model card as Markdown.
 
@@ -25,6 +29,7 @@ def model_card(
         picture: file name of the picture "error against communication step" in the folder of the
             card; None where that was not measured.
         mechanism: file name of a picture of the system, in the same folder; None without one.
+        timing: times of a run; None on the card in the FMU, which is the same file in each run.
     """
     measured = described.measured
     assert measured is not None
@@ -38,7 +43,7 @@ def model_card(
         table=_plain_table(card_table(measured.rows)),
         tones=_plain_table(tone_table(measured.rows)),
         words=explanations(measured.rows, described.surrogate.hold),
-        timing=timing_text(measured.in_range.timing),
+        timing=None if timing is None else timing_text(timing),
         useless=useless_beyond(measured),
         remarks=[
             *quick,
@@ -53,9 +58,3 @@ def model_card(
 def _plain_table(table: ReportTable) -> ReportTable:
     """Return a table whose cells Markdown shows as they are."""
     return ReportTable.of(table.heading, (map(plain, row) for row in table.rows), table.title)
-
-
-def without_pictures(card: str) -> str:
-    """Return a model card without pictures, which are separate files; the report shows them."""
-    lines = card.split("\n")
-    return "\n".join(line for line in lines if not line.startswith("!["))

@@ -1,10 +1,10 @@
-"""The figures of a run: ``report.json`` and the provenance of an FMU hold their dump."""
+"""The figures of a run: ``report.json`` holds their dump; an FMU, one without times."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import ValidationError
@@ -68,6 +68,14 @@ class RunFigures:
         if self.sizes_tried is None:
             del values["remark"]
         return values
+
+    def without_times(self) -> RunFigures:
+        """Return the figures without times, which are others in each run.
+
+        An FMU holds these figures, so that the same recipe gives the same file.
+        """
+        untimed = {name: replace(one, timing=None) for name, one in self.validation.items()}
+        return replace(self, validation=untimed)
 
     @property
     def ordered(self) -> dict[str, ValidationFigures]:

@@ -166,12 +166,12 @@ def with_training(
 def run_report(
     recipe: Recipe, measurement: RunMeasurement, figures: RunFigures, response: list[ReportSection]
 ) -> Report:
-    """Return the report of a run.
+    """Return the report of a run without times, as the FMU has it.
 
     Args:
         recipe: the recipe of the surrogate.
         measurement: the measurements of the surrogate.
-        figures: its figures.
+        figures: its figures, without times.
         response: the section on its response matrix, if it has one.
     """
     return Report(
@@ -183,6 +183,21 @@ def run_report(
             *origin_sections(measurement.surrogate, recipe),
         ],
         verdict=verdict_of(figures, SurrogateDescription.of(measurement.surrogate)),
+    )
+
+
+def with_times(report: Report, figures: RunFigures, surrogate: Surrogate) -> Report:
+    """Return the report of a run with the times that are in its figures.
+
+    The run folder has this report; the FMU, the one without times.
+    """
+    timing = figures.in_range.timing
+    assert timing is not None
+    return replace(
+        report,
+        figures=figures,
+        sections=[*report.sections, *accuracy_sections.time_sections(timing)],
+        verdict=verdict_of(figures, SurrogateDescription.of(surrogate)),
     )
 
 

@@ -205,7 +205,7 @@ def verdict_of(measured: RunFigures, surrogate: SurrogateDescription) -> Verdict
     return Verdict(verdict(measured.rows), facts, commands)
 
 
-def verdict_facts(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[Fact]:
+def verdict_facts(rows: Sequence[Row], timing: Timing | None, memory_s: float) -> list[Fact]:
     """Return the large numbers of a verdict: error, bound, trust, validity, speed and memory.
 
     The memory is the time in s for which outputs depend on an input.
@@ -217,7 +217,7 @@ def verdict_facts(rows: Sequence[Row], timing: Timing, memory_s: float) -> list[
         *(_of_your_inputs(row, call) for row in yours),
         *([] if own is None else _of_row(own, call)),
         _validity([row for row in rows if row.is_at(call, 1.0)]),
-        _speed(timing),
+        None if timing is None else _speed(timing),
         Fact(
             "Memory",
             f"{decimal(memory_s)} s",

@@ -237,6 +237,7 @@ class ValidationFigures:
         left_out: errors of the system on trajectories beyond the range.
         amplitude: range of the factor on the excitation's amplitude.
         held_out: whether the kinds of excitation are those that the recipe holds out.
+        timing: times of a step; None in an FMU, which is the same file after each run.
         tolerances: of error bounds, by the share of false alarms; in range alone.
         rows: of this validation where it was made alone; a run has the rows of all together.
     """
@@ -251,7 +252,7 @@ class ValidationFigures:
     outputs: tuple[OutputFigures, ...]
     excitations: tuple[KindFigures, ...]
     error_estimate: EstimateFigures | None
-    timing: Timing
+    timing: Timing | None = optional()
     parameters: ParameterFigures | None = optional()
     tolerances: tuple[ToleranceRow, ...] = optional(())
     rows: tuple[Row, ...] = optional(())

@@ -133,6 +133,7 @@ def test_fmu_is_timed_by_its_median_step_and_the_reference_by_its_fastest_trajec
     one = replace(ONE, step_seconds=(np.full(3, 5e-6), np.full(3, 90e-6)))
     two = replace(TWO, step_seconds=(np.full(4, 10e-6), np.full(4, 40e-6)))
     timing = validation(one, two).figures().timing
+    assert timing is not None
     assert timing.fmu_step_us == pytest.approx(10.0)
     assert timing.reference_step_us == pytest.approx(40.0)
     assert timing.speed is None
@@ -227,5 +228,6 @@ def test_motions_are_in_range_where_nothing_is_changed() -> None:
 def test_fmu_of_records_alone_is_timed() -> None:
     records = replace(ONE, step_seconds=(np.array([2e-6, 4e-6, 9e-6]), np.empty(0)))
     timing = validation(records).figures().timing
+    assert timing is not None
     assert timing.fmu_step_us == pytest.approx(4.0)
     assert (timing.reference_step_us, timing.speed) == (None, None)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from slide_fmu.report.accuracy_sections import validation_sections
+from slide_fmu.report.accuracy_sections import time_sections, validation_sections
 from slide_fmu.report.model_card import model_card
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import origin_sections
@@ -52,16 +52,18 @@ def test_card_of_a_record_has_the_remarks_of_its_run(finer: Validation) -> None:
 
 
 def test_card_says_once_how_fast_it_is_at_equal_accuracy(finer: Validation) -> None:
-    figures = figures_of(finer, rows=MEASURED)
-    timed = replace(figures.in_range, timing=timing(10.0))
-    text = model_card(described(finer.surrogate, with_validations(figures, **{"in range": timed})))
+    one = described(finer.surrogate, figures_of(finer, rows=MEASURED))
+    text = model_card(one, timing=timing(10.0))
     sentence = "A step takes 4 µs. At equal accuracy its model takes 10 times as long: RK45 with"
     assert text.count(sentence) == text.count("At equal accuracy") == 1
+    assert "A step takes" not in model_card(one)  # on the card in the FMU
 
 
 def test_report_has_times_and_errors_at_equal_accuracy(finer: Validation) -> None:
     speed = timing(10.0).speed
-    sections = validation_sections({"in range": replace(finer, speed=speed)})
+    timed = replace(finer, speed=speed).figures().timing
+    assert timed is not None
+    sections = time_sections(timed)
     (section,) = [one for one in sections if one.title == "Time at equal accuracy"]
     assert section.table is not None
     assert section.table.rows == (

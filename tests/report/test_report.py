@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 import re
 from pathlib import Path
@@ -74,8 +75,10 @@ def test_verdict_stands_above_open_sections_and_folded_ones_come_last() -> None:
 
 
 def test_report_has_its_date_and_the_version() -> None:
-    page = Report("title", "summary", {}).html()
-    assert re.search(rf"\d{{4}}, slide-fmu {re.escape(__version__)}<", page)
+    report = Report("title", "summary", {})
+    assert f">slide-fmu {__version__}<" in report.html()  # in an FMU
+    page = report.html(datetime.date(2026, 3, 7))
+    assert f">7 March 2026, slide-fmu {__version__}<" in page
 
 
 def test_heat_map_needs_no_script_and_colours_its_cells() -> None:

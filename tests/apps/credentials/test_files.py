@@ -26,7 +26,6 @@ from slide_fmu.pipeline.documents import PAGE, documents, write_release
 from slide_fmu.pipeline.export import export_again
 from slide_fmu.pipeline.run_folder import recipe_of_provenance
 from slide_fmu.recipe.case import case_of
-from slide_fmu.report.model_card import without_pictures
 from slide_fmu.surrogate.input_forecast import InputForecast
 from tests.fmu.moving_inputs import forecasting
 from tests.fmu.samples import sum_surrogate
@@ -35,7 +34,7 @@ from tests.recipes import recipe_of_model
 
 FMUS = Path(__file__).parents[3] / "fmus"
 LINEAR = FMUS / "linear" / "linear.fmu"
-CARD_TEXT = "# card\n\n![picture](x.png)\n\ntext\n"
+CARD_TEXT = "# card\n\ntext\n"
 DOCUMENTS = documents(b"<body>report</body>", CARD_TEXT)
 
 
@@ -75,10 +74,6 @@ def test_report_links_to_the_other_pages_once() -> None:
         assert once.count(f'href="{place}"'.encode()) == 1
     again = members_of(Release(*arguments, documents(once, "")))[PAGE]
     assert again == once
-
-
-def test_card_in_the_fmu_has_no_pictures() -> None:
-    assert without_pictures(CARD_TEXT) == "# card\n\n\ntext\n"
 
 
 def extra_of(path: Path) -> dict[str, bytes]:

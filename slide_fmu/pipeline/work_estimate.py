@@ -42,6 +42,8 @@ ORDER = WINDOW, CURVE, DATA, TRAINING, ESTIMATE, COMPANION, HEAD, MEASURING
 OPERATIONS = 1e10
 """Floating point operations of a core in a second, in the sums of an iteration: on 54 to 320
 segments of 1152 samples, a network with 5 states and 16 hidden units reached 1.0e10 to 1.2e10."""
+OF_SIGNAL = 2e-8
+"""Time in s of a sample of a signal that a section of a linear model filters."""
 OF_SAMPLE = 1.5e-4
 """Time in s of a sample in an iteration, however few segments there are: calls of torch."""
 STATES, UNITS = 6, 16
@@ -197,7 +199,8 @@ class _Fits:
     ) -> float:
         """Return the time in s of an iteration of a network on a number of trajectories.
 
-        Starts are fitted to a part of them; ``linear`` is the number of states of a linear model.
+        Starts are fitted to a part of them; ``linear`` is the number of states of a linear model,
+        which is fitted by sections of two states.
         """
         network, window = self.recipe.network, self.recipe.window
         training = self.recipe.training
@@ -207,8 +210,6 @@ class _Fits:
         known = self.states or STATES
         order = known if network.order == "auto" else network.order + network.padding
         hidden = (units or UNITS) if network.hidden == "auto" else network.hidden
-        if linear is not None:
-            order, hidden = linear, 0
         burn_in = window.n_in - window.n_out
         samples = round(self.recipe.data.duration / window.step)
         pieces = max(1, round((samples - burn_in) / max(SEGMENT, burn_in)))
@@ -222,6 +223,10 @@ class _Fits:
         elif residuals >= 2 * PER_PARAMETER * weights:  # of very many data, some
             whole = whole.of_residuals(PER_PARAMETER * weights, self.n_outputs)
         length = whole.burn_in + whole.scored
+        if linear is not None:
+            signals = (linear + 1) // 2 * (2 * self.n_inputs + 4) + self.n_inputs + 1
+            sums = 2 * signals**2 * whole.scored / OPERATIONS
+            return length * OF_SAMPLE + whole.count * (OF_SIGNAL * length * signals + sums)
         run = 2 * order * order * dynamic * network.substeps * length
         summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic) * whole.scored
         return length * OF_SAMPLE + whole.count * (run + summed) / OPERATIONS

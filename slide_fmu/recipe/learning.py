@@ -97,8 +97,8 @@ class StateSpaceRecipe(Table):
         FOLLOWS_PARAMETERS: whether its weights may follow physical parameters (``parameters``).
         family: name of the network family.
         order: number of states that carry the response; ``"auto"``: from the eigenvalues of the
-            linearized system in the excited band (else from impulse responses), raised while the
-            validation error falls.
+            linearized system in the excited band (else from what the past tells of the future),
+            raised while the validation error falls.
         hidden: number of hidden units; 0 for a linear network; ``"auto"``: raised likewise.
         padding: states that are added to the order for the hidden units.
         units: activation of the hidden units. Cubic units suit polynomial springs, but may grow

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.core.units import require_unit
@@ -33,7 +34,7 @@ from slide_fmu.records.model import HOLD, PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_piece
 from slide_fmu.records.recipe_text import Mend, RecordDraft, record_recipe_text
-from slide_fmu.records.repeats import same_inputs
+from slide_fmu.records.repeats import connected, same_inputs
 from slide_fmu.records.rest import begins_at_rest
 from slide_fmu.records.rules import KIND
 from slide_fmu.records.sizing import NoWindowError, with_fitting_window
@@ -279,9 +280,11 @@ def _draft(
     inputs = tuple(_signal(records, n, options.inputs.get(n), acts, remarks) for n in names[0])
     outputs = tuple(_signal(records, n, None, None, remarks) for n in names[1])
     _require_different((*names[0], *names[1]), (*inputs, *outputs))
-    numbers = same_inputs([record.chosen(names[0]) for record in records])
+    inputs_of_records = [record.chosen(names[0]) for record in records]
+    numbers = same_inputs(inputs_of_records)
     different = int(numbers.max()) + 1
-    by, by_origin = _division(len(records), different < len(numbers))
+    groups = _groups([len(one) for one in inputs_of_records], numbers)
+    by, by_origin = _division(groups, different < len(numbers))
     whole = all(np.isfinite(record.chosen(names[1])).all() for record in records)
     name = proposed_name(options.paths[0], options.name)
     draft = RecordDraft(
@@ -300,10 +303,20 @@ def _draft(
     return draft, remarks
 
 
-def _division(records: int, comes_again: bool) -> tuple[By, str]:
-    """Return the division of records, and its reason."""
-    if records >= MANY and not comes_again:
-        return "record", "There are many records: each of them is in one part as a whole."
+def _groups(lengths: Sequence[int], numbers: NDArray[np.intp]) -> int:
+    """Count groups of records that have no inputs in common, by the numbers of all inputs."""
+    count = len(lengths)
+    of_sample = np.repeat(np.arange(count), lengths)
+    groups = connected(of_sample, count + numbers, count + int(numbers.max()) + 1)[:count]
+    return len(np.unique(groups))
+
+
+def _division(groups: int, comes_again: bool) -> tuple[By, str]:
+    """Return the division of records of so many groups of inputs, and its reason."""
+    if groups >= MANY:
+        reason = "There are many records: each of them is in one part as a whole"
+        again = ", with the inputs that come again in it" if comes_again else ""
+        return "record", f"{reason}{again}."
     origin = (
         "The records are cut into blocks. Each part has up to five, spread over the records, as "
         "far as the memory of the machine leaves room (data.blocks)."

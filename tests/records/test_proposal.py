@@ -361,3 +361,18 @@ def test_times_do_not_count_beside_a_given_step_where_none_is_named(tmp_path: Pa
     assert parameters == {"sample_step": 0.01}
     with refused(RecipeError, "--time none without --step"):
         read_chosen(options(path, time="none"))
+
+
+def test_many_records_of_several_periods_each_are_whole_too(tmp_path: Path) -> None:
+    """Inputs that come again in one record alone leave each part inputs of its own."""
+    paths = []
+    for number in range(12):
+        rng = np.random.default_rng(number)
+        force = np.tile(rng.normal(size=500), 2)
+        travel = lfilter([1], [1, -0.9], force) + 0.01 * rng.normal(size=1000)
+        columns = {"time": STEP * np.arange(1000), "force": force, "travel": travel}
+        paths.append(str(write_columns(tmp_path / f"{number}.csv", **columns)))
+    proposal = propose_record(RecordOptions(tuple(paths), {"force": None}))
+    assert parse_open_recipe(proposal.text, "proposed").guess.data.by == "record"
+    [remark] = [remark for remark in proposal.remarks if "come again" in remark]
+    assert "each part has inputs of its own" in remark

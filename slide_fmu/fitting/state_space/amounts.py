@@ -32,7 +32,7 @@ MOST_OF_LINEAR = 200_000
 """Largest number of residuals for linear fits on all data; above it, the starts' data are used."""
 
 MORE_SHOWN = 2
-"""Number of states that impulse responses may hide; they may also show too many."""
+"""Number of states that the data may hide at first; they may also show too many."""
 
 MANY_STATES = 16
 """Where more states are shown, their number is found by halving the range of orders."""

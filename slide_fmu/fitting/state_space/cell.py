@@ -55,6 +55,11 @@ class CellShape:
         return self.units == GATED
 
     @property
+    def is_plain(self) -> bool:
+        """Whether the cell is linear, and neither parameters nor factors change it."""
+        return not (self.n_units or self.turned or self.roles.readout) and self.terms == 1
+
+    @property
     def n_factors(self) -> int:
         """The number of factors of the values, including the constant one."""
         return 1 + len(self.roles.readout)
@@ -92,17 +97,35 @@ class CellShape:
         """The length of the parameter vector."""
         return self.terms * self.n_weights
 
-    def linear(self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> torch.Tensor:
-        """Return the parameters of x[k+1] = A x + B f, y = C x for a shape without hidden units.
+    def linear(
+        self, a: torch.Tensor, b: torch.Tensor, c: torch.Tensor, d: torch.Tensor | None = None
+    ) -> torch.Tensor:
+        """Return the parameters of x[k+1] = A x + B f, y = C x + D w without hidden units.
 
-        A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states).
+        A has the shape (n_states, n_states), B (n_states, n_drive), C (n_outputs, n_states), D
+        (n_outputs, n_static); it is zero if it is None.
         Physical parameters have no effect: all terms but the constant one are zero.
         """
         theta = a.new_zeros(self.n_parameters)
         m = self.split(theta[: self.n_weights])
         m.a[:], m.b[:] = a, b
         m.c.view(self.n_outputs, self.n_factors, self.n_states)[:, 0] = c
+        if d is not None:
+            m.d.view(self.n_outputs, self.n_factors, -1)[:, 0] = d
         return theta
+
+    @property
+    def of_inputs(self) -> torch.Tensor:
+        """Which parameters of a linear cell are of B, D and d, shape (n_parameters,).
+
+        The outputs are linear in them. Of several terms or factors it is the constant one.
+        """
+        zero = torch.zeros(self.n_parameters, dtype=torch.float64)
+        m = self.split(zero[: self.n_weights])
+        m.b[:] = 1
+        for part in (m.d, m.d0) if self.bias else (m.d,):
+            part.view(self.n_outputs, self.n_factors, -1)[:, 0] = 1
+        return zero > 0
 
     def split(self, theta: torch.Tensor) -> Cell:
         """Return the cell of weights, shape (n_weights,), as views of them.

@@ -1,10 +1,4 @@
-"""A state-space fit starts from linear models: from eigenvalues, or from impulse responses.
-
-Impulse responses are realized as models by the method of Ho and Kalman (1966), with the singular
-value decomposition of the eigensystem realization algorithm (Juang and Pappa, 1985). If outputs
-may be noisy, they are weighted by the past inputs as in subspace identification (N4SID: Van
-Overschee and De Moor, 1994).
-"""
+"""A state-space fit of a known system starts from linear models with its eigenvalues."""
 
 from __future__ import annotations
 
@@ -18,16 +12,8 @@ from numpy.typing import NDArray
 
 from slide_fmu.recipe.against_system import require_turned_pairs
 
-RIDGE, FINE_RIDGE = 1e-3, 1e-6
-"""Regularisation of the regression, relative to the mean power of the features. Inputs may excite
-a narrow band only: outside it, a smaller ridge lets noise through, which looks like many states.
-For outputs without noise the second one is enough."""
 LARGEST_POLE = 0.995
 """Largest radius of the poles of a start; a fit may exceed it again."""
-LEAST_SHOWN = 0.03
-"""Singular values below this fraction of the largest do not indicate a state."""
-SMALLEST_POWER = 1e-6
-"""Smallest power of a direction of the past inputs, relative to their mean power."""
 NEIGHBOURS = 1.3
 """Two oscillations whose eigenvalues differ by less than this factor count as one that turns."""
 MEMORIES = (0.2, 0.6)
@@ -48,125 +34,6 @@ class LinearModel(NamedTuple):
     a: torch.Tensor
     b: torch.Tensor
     c: torch.Tensor
-
-
-class Responses(NamedTuple):
-    """Responses are impulse responses, with the inputs that weight them.
-
-    Attributes:
-        values: the responses, shape (taps, p, q); the first one belongs to the newest sample.
-        inputs: L of the covariance L L' of the newest taps // 2 samples of the state input, newest
-            first, shape (taps // 2 * q, taps // 2 * q); None without weights.
-    """
-
-    values: torch.Tensor
-    inputs: torch.Tensor | None
-
-    @property
-    def highest_order(self) -> int:
-        """The largest number of states that responses of this length can show."""
-        taps, p, q = self.values.shape
-        return taps // 2 * min(p, q)
-
-    def hankel(self, shift: int = 0) -> torch.Tensor:
-        """Return the block Hankel matrix of the responses, from the first (shift 0) or next on.
-
-        Its shape is (taps // 2 * p, taps // 2 * q): it maps past inputs to future outputs.
-        """
-        taps, p, q = self.values.shape
-        rows = taps // 2
-        index = torch.arange(rows)[:, None] + torch.arange(rows)
-        blocks = self.values[index + shift]
-        return blocks.permute(0, 2, 1, 3).reshape(rows * p, rows * q)
-
-    def weighted(self, shift: int = 0) -> torch.Tensor:
-        """Return the Hankel matrix times L: it maps white past inputs to future outputs."""
-        block = self.hankel(shift)
-        return block if self.inputs is None else block @ self.inputs
-
-
-def impulse_responses(
-    drive: torch.Tensor,
-    static: torch.Tensor,
-    targets: torch.Tensor,
-    taps: int,
-    noisy: bool = True,
-) -> Responses:
-    """Estimate impulse responses to the state input, by ridge regression (a FIR model).
-
-    The state input has the shape (n_trajectories, N, q). The targets have the shape
-    (n_trajectories, N + 1, p); the target at k + 1 belongs to the samples up to k. They also
-    depend directly on the feedthrough, (n_trajectories, N, m): its coefficients are estimated with
-    the others and dropped. If targets may be noisy, the responses are in double precision, which
-    narrow bands need, and weighted by the inputs.
-    """
-    if noisy:
-        drive, static, targets = drive.double(), static.double(), targets.double()
-    q, p = drive.shape[2], targets.shape[2]
-    width = taps * q + static.shape[2] + 1
-    matrix, right = drive.new_zeros(width, width), drive.new_zeros(width, p)
-    for record, other, target in zip(drive, static, targets, strict=True):
-        newest_first = record.unfold(0, taps, 1).flip(-1).transpose(1, 2)
-        regressors = newest_first.reshape(len(newest_first), -1)
-        one = regressors.new_ones(len(regressors), 1)
-        rows = torch.cat([regressors, other[taps - 1 :], one], 1)
-        known = torch.isfinite(target[taps:]).all(
-            1
-        )  # measured targets may have gaps in the burn-in
-        rows = rows[known]
-        matrix += rows.T @ rows
-        right += rows.T @ target[taps:][known]
-    inputs = _root(matrix[: taps // 2 * q, : taps // 2 * q]) if noisy else None
-    # the constant, the last column, is regularised too, but does not set the scale
-    ridge = RIDGE if noisy else FINE_RIDGE
-    matrix.diagonal().add_(ridge * matrix.diagonal()[:-1].mean())
-    solution: torch.Tensor = torch.linalg.solve(matrix, right)
-    return Responses(solution[: taps * q].view(taps, q, p).transpose(1, 2), inputs)
-
-
-def _root(covariance: torch.Tensor) -> torch.Tensor:
-    """Return a lower triangular L with L L' = the covariance, (m, m), slightly raised."""
-    floor = SMALLEST_POWER * covariance.diagonal().mean().clamp_min(1e-300)
-    root: torch.Tensor = torch.linalg.cholesky(
-        covariance + torch.diag(floor.expand(len(covariance)))
-    )
-    return root
-
-
-def states_shown(responses: Responses) -> int:
-    """Count the states that impulse responses show: at least 1.
-
-    It counts states in the outputs that past inputs leave behind, for inputs such as the measured
-        ones: outside the excited band a response is only noise.
-    """
-    singular = torch.linalg.svdvals(responses.weighted())
-    return int((singular > LEAST_SHOWN * singular[0]).sum())
-
-
-def realize(responses: Responses, n_states: int) -> LinearModel:
-    """Realize impulse responses as a linear model of ``n_states``.
-
-    Among models of that order it is the one whose states carry most of the outputs that past
-        inputs leave behind: inputs such as the measured ones, or white inputs if the responses
-        have no weights.
-
-    Raises:
-        ValueError: the order is higher than the responses can show.
-    """
-    taps, p, q = responses.values.shape
-    if n_states > responses.highest_order:
-        raise ValueError(
-            f"network.order = {n_states}; expected at most {responses.highest_order} for impulse "
-            f"responses of {taps} samples: lower it, or make the window longer"
-        )
-    now, later = responses.hankel(), responses.weighted(1)
-    left, singular, right = torch.linalg.svd(responses.weighted(), full_matrices=False)
-    root = singular[:n_states].clamp_min(1e-12 * float(singular[0])).sqrt()
-    left, right = left[:, :n_states], right[:n_states].T
-    to_states = (left / root).T
-    # without weights the responses themselves are decomposed
-    driven = (right * root).T if responses.inputs is None else to_states @ now
-    return _pulled_inside(to_states @ later @ (right / root), driven[:, :q], (left * root)[:p])
 
 
 def band_edge(drive: torch.Tensor, step: float) -> float:
@@ -234,7 +101,7 @@ def from_eigenvalues(
         return torch.randn(*shape, generator=generator, dtype=torch.float64)
 
     scale = 1 / math.sqrt(len(a))
-    return _pulled_inside(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
+    return pulled_inside(a, scale * random(len(a), sizes[0]), scale * random(sizes[1], len(a)))
 
 
 def from_turned_pairs(
@@ -271,7 +138,7 @@ def from_turned_pairs(
     scale = 1 / math.sqrt(order)
     b = _turning_matrix((order, n_drive), (pairs, 2 * pairs), generator)
     c = _turning_matrix((order, n_outputs), (pairs, 2 * pairs), generator).T
-    return _pulled_inside(a, scale * b, (scale * c).contiguous())
+    return pulled_inside(a, scale * b, (scale * c).contiguous())
 
 
 def _turning_modes(
@@ -322,7 +189,7 @@ def _turning_matrix(
     return result
 
 
-def _pulled_inside(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> LinearModel:
+def pulled_inside(a: torch.Tensor, b: torch.Tensor, c: torch.Tensor) -> LinearModel:
     """Return the linear model with its poles pulled inside the circle of ``LARGEST_POLE``."""
     values, vectors = torch.linalg.eig(a)
     radius = values.abs()

@@ -25,24 +25,20 @@ from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.linear_start import (
-    LinearModel,
-    Responses,
     from_eigenvalues,
     from_turned_pairs,
-    impulse_responses,
     lowest_eigenvalues,
-    realize,
+    pulled_inside,
     states_of,
-    states_shown,
 )
+from slide_fmu.fitting.state_space.modal_fit import ModalFit, Sections, has_sections, with_best
+from slide_fmu.fitting.state_space.normal_equations import normal_equations
 from slide_fmu.fitting.state_space.penalties import STRENGTHS, Prior
 from slide_fmu.fitting.state_space.preconditioned_descent import Descent
 from slide_fmu.fitting.state_space.segments import Segments
+from slide_fmu.fitting.state_space.subspace import Subspace, subspace_of
 from slide_fmu.recipe.against_system import require_turned_pairs
 
-SHORTEST_RESPONSE, LONGEST_RESPONSE = 40, 200
-"""Shortest and longest impulse responses, in samples, to realize a linear model from. In between
-they are as long as the truncated part of the window."""
 START_STRIDE = 1009
 """Distance of the random starts of two seeds, so that they share none."""
 
@@ -137,15 +133,15 @@ class MultiStart:
         return self.data.excited is not None
 
     def first_order(self) -> int:
-        """Guess the number of states: from the excited eigenvalues, else the impulse responses."""
+        """Guess the number of states: from the excited eigenvalues, else from the data."""
         excited = self.data.excited
         if excited is not None:
             return states_of(excited)
-        return min(states_shown(self._impulse_responses), self.highest_order())
+        return self._subspace.states_shown
 
     def highest_order(self) -> int:
-        """Return the number of states that impulse responses of this length can show."""
-        return self._impulse_responses.highest_order
+        """Return the number of states that the data can show."""
+        return self._subspace.highest_order
 
     def linear(self, order: int) -> Candidate:
         """Fit linear models of an order from all linear starts, and return the best.
@@ -154,28 +150,48 @@ class MultiStart:
         """
         shape, data, fits = self.shape(order, 0), self.data, []
         segments = data.part if data.whole.targets.numel() > MOST_OF_LINEAR else data.whole
-        for source, model in self._linear_starts(shape).items():
-            theta = shape.linear(*model).to(data.features)
+        for source, theta in self._linear_starts(shape, segments).items():
             name = f"linear, {order} states, from {source}"
             fits.append(self.run(name, shape, theta, segments, LINEAR_ITERATIONS))
         return min(fits, key=lambda candidate: candidate.error)
 
-    def _linear_starts(self, shape: CellShape) -> dict[str, LinearModel]:
-        """Return the linear models to start from, by the name of their origin."""
+    def _linear_starts(self, shape: CellShape, segments: Segments) -> dict[str, torch.Tensor]:
+        """Return the parameters to start from, shape (P,), by the name of their origin."""
         order, step, n_drive = shape.n_states, self.problem.window.step, len(shape.roles.drive)
         generator = torch.Generator().manual_seed(self.training.seed)
         given = self.problem.eigenvalues
         known = np.zeros(0, np.complex128) if given is None else given
+        like = self.data.features
         if shape.turned:
             sizes = (order, shape.turned, n_drive, shape.n_outputs)
-            return {"turned pairs": from_turned_pairs(known, step, sizes, generator)}
+            model = from_turned_pairs(known, step, sizes, generator)
+            return {"turned pairs": shape.linear(*model).to(like)}
         starts, lowest = {}, lowest_eigenvalues(known, order)
         if lowest is not None:
-            sizes_of = (n_drive, shape.n_outputs)
-            starts["eigenvalues"] = from_eigenvalues(lowest, step, sizes_of, generator)
+            model = from_eigenvalues(lowest, step, (n_drive, shape.n_outputs), generator)
+            starts["eigenvalues"] = shape.linear(*model).to(like)
         if order <= self.highest_order() or not starts:
-            starts["impulse responses"] = realize(self._impulse_responses, order)
+            starts["subspaces"] = self._from_subspace(shape, segments).to(like)
         return starts
+
+    def _from_subspace(self, shape: CellShape, segments: Segments) -> torch.Tensor:
+        """Return the parameters of the cell with A and C of the subspace, and the best B and D."""
+        a, c = self._subspace.model(shape.n_states)
+        b = np.zeros((len(a), len(shape.roles.drive)))
+        d = np.zeros((len(c), len(shape.roles.static) + 1))
+        if shape.is_plain and has_sections(a):
+            radius = self.data.penalty(shape, 1).radius
+            fit = self._modal_fit(shape, segments, Sections.of(a, b, c, d, radius))
+            return fit.theta(fit.with_best_inputs())
+        theta = shape.linear(*pulled_inside(*map(torch.from_numpy, (a, b, c)))).to(
+            segments.features
+        )
+        normal = normal_equations(shape, theta, segments)
+        return with_best(theta, shape.of_inputs.to(theta.device), normal)
+
+    def _modal_fit(self, shape: CellShape, segments: Segments, begin: Sections) -> ModalFit:
+        penalty = self.data.penalty(shape, segments.targets.numel())
+        return ModalFit(shape, segments, begin, penalty, self.data.least_squares(shape, segments))
 
     def start(self, linear: Candidate, n_units: int, number: int) -> Candidate:
         """Run a random start from a linear model; every second one in whitened coordinates.
@@ -296,24 +312,37 @@ class MultiStart:
         prior: Prior | None = None,
     ) -> Candidate:
         """Do a run of Levenberg-Marquardt from parameters, (P,), or from another run's state."""
+        theta = begin if isinstance(begin, torch.Tensor) else begin.theta
+        if shape.is_plain and prior is None and has_sections(shape.split(theta).a.cpu().numpy()):
+            return self._run_sections(name, shape, begin, segments, iterations)
         problem = self.data.least_squares(shape, segments, prior)
         if isinstance(begin, torch.Tensor):
             begin = Iterate.begin(begin, problem)
         step = partial(levenberg_marquardt.advance, problem=problem)
         return Candidate(shape, self.ledger.run(name, begin, step, iterations))
 
-    @cached_property
-    def _impulse_responses(self) -> Responses:
-        """The impulse responses from the state input to the outputs.
+    def _run_sections(
+        self,
+        name: str,
+        shape: CellShape,
+        begin: torch.Tensor | Iterate,
+        segments: Segments,
+        iterations: int,
+    ) -> Candidate:
+        """Do a run of a plain linear cell by its sections, which have fewer parameters."""
+        theta = begin if isinstance(begin, torch.Tensor) else begin.theta
+        fit = self._modal_fit(shape, segments, Sections.of_cell(shape, theta))
+        problem = fit.least_squares()
+        step = partial(levenberg_marquardt.advance, problem=problem)
+        done = self.ledger.run(name, Iterate.begin(fit.first, problem), step, iterations)
+        last, best = (fit.theta(one).to(theta) for one in (done.theta, done.best))
+        return Candidate(shape, replace(done, theta=last, best=best))
 
-        A system with known eigenvalues was simulated: its outputs have no noise.
-        """
-        longest = min(LONGEST_RESPONSE, self.data.features.shape[1] // 2)
-        wanted = max(self.problem.window.memory_length, SHORTEST_RESPONSE)
-        taps = max(2, min(wanted, longest))
-        targets = self.problem.training[1].to(self.data.features)
-        roles, features = self.data.roles, self.data.features
-        # state inputs have responses of their own: only the other features are feedthrough
-        others = [index for index in roles.static if index not in roles.drive]
-        drive, static = features[:, :, list(roles.drive)], features[:, :, others]
-        return impulse_responses(drive, static, targets, taps, not self.eigenvalues_known)
+    @cached_property
+    def _subspace(self) -> Subspace:
+        """The subspace of the training trajectories."""
+        roles, targets = self.data.roles, self.problem.training[1]
+        # what is no state input acts on the outputs at once
+        seen = [*roles.drive, *(index for index in roles.static if index not in roles.drive)]
+        inputs = self.problem.training[0][:, :, seen].double().cpu().numpy()
+        return subspace_of(list(inputs), list(targets[:, 1:].double().cpu().numpy()))

@@ -1,7 +1,7 @@
 """A search finds sizes: more states or hidden units, while they pay and there is more to learn.
 
-It begins at the order given by eigenvalues, if they are known. Otherwise impulse responses give a
-first guess, which is lowered to the fewest states with which a linear model is as good.
+It begins at the order given by eigenvalues, if they are known. Otherwise a subspace of the data
+gives a first guess, which is lowered to the fewest states with which a linear model is as good.
 
 A step to a larger network is worthwhile if its validation error falls to ``WORTHWHILE``, at equal
 effort on equal data. The validation error of measured records is the median over blocks that are
@@ -144,7 +144,7 @@ def _fewest_states(multi_start: MultiStart, shown: int) -> int:
     """Return the lowest order whose linear model is as good as one of more states than shown.
 
     Low orders are tried first: they cost least, and their fits converge best. Of many, halves of
-    the range are left out: the time of a fit grows with the fourth power of the order.
+    the range are left out: the time of a fit grows with the square of the order.
     """
     most = min(shown + MORE_SHOWN, max(shown, multi_start.highest_order()))
     tried = len(halving_orders(most)) + 1 if shown > MANY_STATES else most + 1

@@ -1,4 +1,4 @@
-"""Linear starts: known systems are found again from their impulse responses and eigenvalues."""
+"""Linear starts: known systems are found again from their eigenvalues."""
 
 from __future__ import annotations
 
@@ -6,149 +6,26 @@ import math
 
 import numpy as np
 import pytest
-import scipy.signal
 import torch
 
-from slide_fmu.fitting.state_space.cell import simulate
 from slide_fmu.fitting.state_space.linear_start import (
     LARGEST_POLE,
     LinearModel,
-    Responses,
     band_edge,
     excited_eigenvalues,
     from_eigenvalues,
-    impulse_responses,
     lowest_eigenvalues,
-    realize,
     states_of,
-    states_shown,
 )
-from tests.fitting.state_space.cells import plain, random
+from tests.fitting.state_space.cells import random
 
 EXACT = 1e-7
 """Poles from a decomposition in float64, of systems whose last states show little."""
-RIDGE_AND_TAIL = 2e-3
-"""The regression's ridge, and what comes after its taps, relative to responses of order 1."""
 STEP = 0.1
-
-
-def known_system(n: int, p: int, q: int, seed: int, radius: float = 0.8) -> LinearModel:
-    """A random linear system whose slowest pole has the radius."""
-    a = random(n, n, seed=seed)
-    a = radius * a / torch.linalg.eigvals(a).abs().max()
-    return LinearModel(a, random(n, q, seed=seed + 1), random(p, n, seed=seed + 2))
-
-
-def white(values: torch.Tensor) -> Responses:
-    """Responses of shape (taps, p, q) to white inputs."""
-    taps, _, q = values.shape
-    return Responses(values, torch.eye(taps // 2 * q, dtype=values.dtype))
-
-
-def responses_of(m: LinearModel, taps: int) -> torch.Tensor:
-    """C A^k B, shape (taps, p, q)."""
-    return torch.stack([m.c @ torch.linalg.matrix_power(m.a, k) @ m.b for k in range(taps)])
 
 
 def poles(m: LinearModel) -> np.ndarray:
     return np.sort_complex(np.linalg.eigvals(m.a.numpy()).round(12))
-
-
-def records(m: LinearModel, count: int, samples: int) -> tuple[torch.Tensor, torch.Tensor]:
-    """White features and what the system answers from rest."""
-    (n, q), p = m.b.shape, len(m.c)
-    shape, features = plain(n, q, 0, p), random(count, samples, q, seed=7)
-    outputs, _ = simulate(shape, shape.linear(*m), features.transpose(0, 1))
-    rest = outputs.new_zeros(1, count, p)
-    return features, torch.cat([rest, outputs]).transpose(0, 1)
-
-
-@pytest.mark.parametrize(("n", "p", "q"), [(1, 1, 1), (2, 1, 1), (3, 2, 1), (4, 1, 3), (5, 3, 2)])
-@pytest.mark.parametrize("seed", [0, 1, 2])
-@pytest.mark.parametrize("taps", [16, 25])
-def test_realization_has_the_poles_and_the_responses(
-    n: int, p: int, q: int, seed: int, taps: int
-) -> None:
-    known = known_system(n, p, q, seed)
-    found = realize(white(responses_of(known, taps)), n)
-    assert poles(found) == pytest.approx(poles(known), abs=EXACT)
-    long = responses_of(known, 60)
-    torch.testing.assert_close(responses_of(found, 60), long, rtol=0, atol=EXACT)
-    assert (found.a.shape, found.b.shape, found.c.shape) == ((n, n), (n, q), (p, n))
-
-
-@pytest.mark.parametrize(("p", "q"), [(1, 1), (2, 3)])
-def test_impulse_responses_are_found_in_white_noise(p: int, q: int) -> None:
-    known = known_system(3, p, q, 4, radius=0.7)
-    features, targets = records(known, 4, 400)
-    taps = 40
-    constant = targets + 5.0  # is no response
-    found = impulse_responses(features, features[:, :, :0], constant, taps)
-    assert found.values.shape == (taps, p, q)
-    expected = responses_of(known, taps)
-    assert float((found.values - expected).abs().max()) < RIDGE_AND_TAIL * float(
-        expected.abs().max()
-    )
-
-
-@pytest.mark.parametrize("statics", [1, 3])
-def test_what_outputs_follow_at_once_is_no_impulse_response(statics: int) -> None:
-    """Even where it moves with the drive, at another sample."""
-    known = known_system(3, 2, 1, 4, radius=0.7)
-    drive, targets = records(known, 4, 400)
-    static = random(4, 400, statics, seed=8) + 0.5 * drive.roll(-3, 1)
-    targets = targets + 0.0
-    targets[:, 1:] += static @ random(statics, 2, seed=9)
-    expected = responses_of(known, 40)
-    bound = RIDGE_AND_TAIL * float(expected.abs().max())
-    found = impulse_responses(drive, static, targets, 40).values
-    assert float((found - expected).abs().max()) < bound
-    without = impulse_responses(drive, static[:, :, :0], targets, 40).values
-    assert float((without - expected).abs().max()) > 5 * bound
-
-
-def test_states_that_show_are_counted() -> None:
-    """Decoupled systems side by side: the states of all of them."""
-    shown = torch.zeros(40, 3, 3, dtype=torch.float64)
-    for channel, radius in enumerate((0.8, 0.7, 0.6)):
-        shown[:, channel, channel] = radius ** torch.arange(40)
-        assert states_shown(white(shown)) == channel + 1
-    angle = torch.arange(40) * 0.9
-    oscillation = 0.8 ** torch.arange(40) * torch.sin(angle + 0.5)
-    assert states_shown(white(oscillation.double()[:, None, None])) == 2
-    # a hundredth of the largest is noise
-    assert states_shown(white(shown + 1e-2 * random(40, 3, 3) / 40)) == 3
-
-
-def narrow_band(count: int, samples: int, edge: float) -> torch.Tensor:
-    """Noise below a part of the Nyquist frequency, shape (count, samples, 1)."""
-    passes = scipy.signal.butter(6, edge, output="sos")
-    noise = np.random.default_rng(5).normal(size=(count, samples))
-    filtered = scipy.signal.sosfilt(passes, noise, axis=1)
-    return torch.from_numpy(filtered / filtered.std())[:, :, None]
-
-
-@pytest.mark.parametrize("edge", [0.1, 0.2, 0.4])
-def test_inputs_of_a_narrow_band_show_few_states_of_a_noisy_oscillation(edge: float) -> None:
-    """Beyond the band, noise looks like states where it is not weighed by the inputs."""
-    known = from_eigenvalues(np.array([-2 + 5j]), STEP, (1, 1), torch.Generator().manual_seed(3))
-    shape, drive = plain(2, 1, 0, 1), narrow_band(4, 800, edge)
-    outputs, _ = simulate(shape, shape.linear(*known), drive.transpose(0, 1))
-    targets = torch.cat([outputs.new_zeros(1, 4, 1), outputs]).transpose(0, 1)
-    noisy = targets / targets.std() + 0.1 * random(*targets.shape, seed=6)
-    found = impulse_responses(drive, drive[:, :, :0], noisy, 40)
-    assert states_shown(white(found.values)) >= 4
-    assert states_shown(found) == 2
-    assert poles(realize(found, 2)) == pytest.approx(poles(known), abs=0.05)
-
-
-@pytest.mark.parametrize(("taps", "p", "q", "most"), [(8, 1, 1, 4), (9, 2, 3, 8), (2, 3, 1, 1)])
-def test_order_that_no_response_shows_is_refused(taps: int, p: int, q: int, most: int) -> None:
-    responses = white(random(taps, p, q))
-    assert len(realize(responses, most).a) == most
-    message = rf"network.order = {most + 1}; expected at most {most} .*{taps} samples: lower it"
-    with pytest.raises(ValueError, match=message):
-        realize(responses, most + 1)
 
 
 EIGENVALUES = np.array([-0.5 + 4j, -3.0, -1.0 + 9j])
@@ -241,20 +118,3 @@ def test_poles_outside_the_circle_are_pulled_in() -> None:
     pulled = LARGEST_POLE * np.exp(1j * 0.4)
     expected = [pulled, pulled.conjugate(), np.exp(-0.3), LARGEST_POLE]
     assert poles(found) == pytest.approx(np.sort_complex(expected), abs=EXACT)
-    known = known_system(3, 1, 1, 3, radius=1.1)
-    radii = np.abs(poles(realize(white(responses_of(known, 20)), 3)))
-    assert np.max(radii) == pytest.approx(LARGEST_POLE, abs=EXACT)
-
-
-def test_outputs_without_noise_need_less_of_a_ridge() -> None:
-    known = from_eigenvalues(np.array([-2 + 5j]), STEP, (1, 1), torch.Generator().manual_seed(3))
-    shape, drive = plain(2, 1, 0, 1), narrow_band(4, 800, 0.6)
-    outputs, _ = simulate(shape, shape.linear(*known), drive.transpose(0, 1))
-    targets = torch.cat([outputs.new_zeros(1, 4, 1), outputs]).transpose(0, 1)
-    errors = []
-    for noisy in (True, False):
-        responses = impulse_responses(drive, drive[:, :, :0], targets, 60, noisy)
-        assert (responses.inputs is None) == (not noisy)
-        errors.append(float(np.abs(poles(realize(responses, 2)) - poles(known)).max()))
-    assert errors[1] < 1e-6
-    assert errors[1] < 0.1 * errors[0]

@@ -49,7 +49,7 @@ def runs(problem: Problem) -> set[str]:
 
 
 def short_records(folder: Path) -> Problem:
-    """Impulse responses of half a record, four samples, show two states."""
+    """Three samples of the past and of the future show two states."""
     window, records = Window(0.1, 5, 1), [spring(seed, 20, 8) for seed in (1, 2)]
     return problem_of(
         folder, window=window, training=records[0], validation=records[1], eigenvalues=TWO_PAIRS
@@ -57,7 +57,7 @@ def short_records(folder: Path) -> Problem:
 
 
 @pytest.mark.parametrize("order", [4, "auto"])
-def test_order_beyond_the_impulse_responses_starts_from_eigenvalues_alone(
+def test_order_that_records_do_not_show_starts_from_eigenvalues_alone(
     tmp_path: Path, order: Any
 ) -> None:
     problem = short_records(tmp_path)
@@ -70,7 +70,7 @@ def test_order_below_the_excited_band_starts_from_the_lowest_eigenvalues(tmp_pat
     problem = short_records(tmp_path)
     found = fit(problem, {"order": 2, "hidden": 0})
     assert len(found.network.cell.a) == 2
-    sources = ("eigenvalues", "impulse responses")
+    sources = ("eigenvalues", "subspaces")
     assert runs(problem) == {f"linear, 2 states, from {s}" for s in sources} | {"refined"}
 
 
@@ -88,22 +88,22 @@ def test_pairs_that_an_order_does_not_have_are_not_turned(tmp_path: Path) -> Non
         multi_start.shape(4, 2)
 
 
-def test_static_features_that_also_drive_share_no_impulse_response(tmp_path: Path) -> None:
-    """Twice the same regressor would take half of the newest sample's response."""
+def test_static_features_that_also_drive_are_no_second_input(tmp_path: Path) -> None:
+    """Twice the same input has no response of its own."""
     problem = problem_of(tmp_path, 0.0, names=("inputs", "changes"), eigenvalues=None)
     training, found = QUICK, []
     for static in (("inputs",), ("inputs", "changes"), ("changes",)):
         table = StateSpaceRecipe(drive=("changes", "inputs"), static=static, order=2, hidden=0)
         data = fit_data(problem, table, training)
         multi_start = MultiStart(data, lambda *state: None)
-        found.append(multi_start._impulse_responses.values)
+        found.append(torch.from_numpy(multi_start._subspace.directions))
     assert torch.equal(found[1], found[0])
     assert torch.equal(found[2], found[0])
 
 
 def test_order_that_neither_shows_is_refused(tmp_path: Path) -> None:
     problem = short_records(tmp_path)
-    with refused(ValueError, "network.order = 3", "expected at most 2", "4 samples"):
+    with refused(ValueError, "network.order = 3", "expected at most 2", "3 samples"):
         fit(problem, {"order": 3, "hidden": 0})
 
 

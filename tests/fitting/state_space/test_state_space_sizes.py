@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from slide_fmu.core.window import Window
-from slide_fmu.fitting.state_space import ledger, multi_start, sizes
+from slide_fmu.fitting.state_space import ledger, sizes, subspace
 from slide_fmu.recipe.learning import StateSpaceRecipe
 from tests.fitting.state_space.springs import (
     CUBIC,
@@ -87,10 +87,10 @@ def test_given_sizes_are_kept(tmp_path: Path, given: dict[str, int], states: int
 @pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize("shown", [3, 4, 6, 7])
-def test_order_falls_from_what_responses_seem_to_show_to_what_does_as_well(
+def test_order_falls_from_what_records_seem_to_show_to_what_does_as_well(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shown: int
 ) -> None:
-    monkeypatch.setattr(multi_start, "states_shown", lambda responses: shown)
+    monkeypatch.setattr(subspace.Subspace, "states_shown", shown)
     problem = problem_of(tmp_path, 0.0, eigenvalues=None)
     found = fit(problem, {"hidden": 0})
     assert len(found.network.cell.a) == 2
@@ -107,10 +107,10 @@ def test_order_that_eigenvalues_tell_does_not_fall(tmp_path: Path) -> None:
 @pytest.mark.extended
 @pytest.mark.usefixtures("few_units")
 @pytest.mark.parametrize(("samples", "states"), [(12, {1, 2, 3}), (200, {5})])
-def test_search_stays_within_what_impulse_responses_show(
+def test_search_stays_within_what_records_show(
     tmp_path: Path, samples: int, states: set[int]
 ) -> None:
-    """Half a record of 12 samples shows three states at most, a long one all five."""
+    """Short trajectories show few states, long ones all five."""
     inputs = spring(1, 6, 6 + samples)[0]
     sums = torch.cat([0 * inputs[:, :1], inputs], 1)
     outputs = sums + 0.9 * sums.roll(1, 1) - 0.7 * sums.roll(2, 1) + 0.6 * sums.roll(3, 1)

@@ -15,6 +15,7 @@ from slide_fmu.apps.compare.baselines.search import search
 from slide_fmu.core.progress import Progress, quiet
 from slide_fmu.fitting.problem import Problem
 from slide_fmu.fitting.state_space.fit import fit_state_space
+from slide_fmu.fitting.state_space.subspace import most_states
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 
 ORDERS = (1, 2, 4, 6, 8, 12, 16, 24)
@@ -29,16 +30,11 @@ def fit_linear_state_space(lesson: Lesson, budget: Budget, progress: Progress) -
     Raises:
         TrainingError: a fit diverged.
     """
-    fitting = [partial(_variant, lesson, order) for order in ORDERS if order <= _most(lesson)]
+    lengths = [len(inputs) for inputs in lesson.training[0]]
+    features = lesson.features.along(lesson.training[0][:1])
+    most = most_states(lengths, features.shape[2], lesson.n_outputs)
+    fitting = [partial(_variant, lesson, order) for order in ORDERS if order <= most]
     return search(fitting, lesson, budget, progress)
-
-
-def _most(lesson: Lesson) -> int:
-    """Return the highest order that the shortest allowed impulse responses can show."""
-    from slide_fmu.fitting.state_space.multi_start import SHORTEST_RESPONSE
-
-    smaller = min(lesson.n_inputs, lesson.n_outputs)
-    return SHORTEST_RESPONSE // 2 * smaller
 
 
 def _variant(lesson: Lesson, order: int) -> list[tuple[str, Baseline]]:

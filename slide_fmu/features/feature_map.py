@@ -61,8 +61,11 @@ class FeatureMap:
 
         Inputs before a sequence count as equal to its first input.
         """
-        signals = self.features.along(sequences)[:, :, list(self.chosen)]
-        return np.asarray(self.scaling.apply(signals), dtype=np.float32)
+        return np.asarray(self.exactly_along(sequences), dtype=np.float32)
+
+    def exactly_along(self, sequences: NDArray[Any]) -> FloatArray:
+        """Form features as ``along`` does, in double precision."""
+        return self.scaling.apply(self.features.along(sequences)[:, :, list(self.chosen)])
 
     def pull_back(self, sequences: FloatArray) -> PullBack:
         """Prepare the reverse mode of ``along`` at scaled inputs (B, N, n_channels), in float64.

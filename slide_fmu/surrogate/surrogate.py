@@ -300,11 +300,11 @@ class Surrogate:
                 "inputs, and at least one that is known: give the measured outputs of the first "
                 "samples"
             )
-        features = network.features.along(self.input_scaling.apply(checked)[None])
+        features = network.features.exactly_along(self.input_scaling.apply(checked)[None])
         scaled = self.output_scaling.apply(known)
         state = initial_state(network, features[0, : len(known)], scaled)
         with np.errstate(over="ignore", invalid="ignore"):  # a run that diverges is not finite
-            values, _ = network.run(features, state[None].astype(np.float32))
+            values, _ = network.run(features.astype(np.float32), state[None].astype(np.float32))
         return self.output_scaling.invert(values[0].astype(np.float64)), state
 
     def in_blocks(

@@ -151,7 +151,7 @@ def test_python_examples_of_readme_and_pages_run(
     for example in examples:
         exec(example, {"__name__": "__main__"})
         printed.append(capsys.readouterr().out)
-    assert len(printed) == 7
+    assert len(printed) == 8
     position, error = (float(word) for word in printed[0].split(" with a bound of "))
     # a held force of 200 N: k x (1 + alpha x^2) = F at 0.124 m
     assert abs(position - 0.124) < 0.02

@@ -42,6 +42,7 @@ NUMBERS = {
     "ERROR_TOLERANCE": 21,
     "TRUSTED": 22,
     "INPUTS_HELD": 23,
+    "INITIAL_OUTPUT_WINDOW": 24,
 }
 """Of the kinds in released FMUs. New kinds are added here; what is here never changes."""
 

@@ -7,6 +7,7 @@ Directional derivatives belong to the step before (``runtime/derivative/derivati
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
@@ -136,7 +137,12 @@ def given_attributes(variable: Variable) -> dict[str, str]:
     """Return unit, bounds and start value, as far as a variable has them."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
     unit = {} if variable.unit is None else {"unit": variable.unit}
-    return unit | {key: repr(float(value)) for key, value in limits.items() if value is not None}
+    return unit | {key: _number(value) for key, value in limits.items() if value is not None}
+
+
+def _number(value: float) -> str:
+    """Write a number as XML does."""
+    return "NaN" if math.isnan(value) else repr(float(value))
 
 
 def document(root: ElementTree.Element) -> bytes:

@@ -27,6 +27,7 @@ WHEN = {
     "parameters": "physical parameters",
     "bound": "error bound",
     "output_ranges": "known ranges",
+    "known_start": "state-space network, no physical parameters",
 }
 """What an FMU must have for the variable to exist, in the page's table."""
 

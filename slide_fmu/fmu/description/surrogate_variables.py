@@ -70,6 +70,7 @@ def fmu_variables(surrogate: Surrogate, fmi: FmiVersion = 2) -> list[Variable]:
         "parameters": bool(surrogate.parameters),
         "bound": surrogate.bound is not None,
         "output_ranges": surrogate.output_ranges is not None,
+        "known_start": shows_state(surrogate),
     }
     owners: dict[str, tuple[Signal | None, ...]] = {
         "one": (None,),
@@ -133,6 +134,14 @@ def memory_lengths(surrogate: Surrogate) -> dict[str, int]:
     return samples
 
 
+def shows_state(surrogate: Surrogate) -> bool:
+    """Tell whether outputs before the start can show the state of the network there.
+
+    With physical parameters, it would follow these too.
+    """
+    return surrogate.network.measures_truncation and not surrogate.parameters
+
+
 def block_size(surrogate: Surrogate) -> int:
     """Return the number of output samples that the network knows at a time.
 
@@ -178,7 +187,7 @@ def _variable(
     if kind.key == "ERROR_TOLERANCE":
         start = float(surrogate.error_tolerances[index])
     if fmi == 3 and kind.high_fmi_3 is not None:
-        high = kind.high_fmi_3
+        high = kind.high_fmi_3 - (not shows_state(surrogate))
     return Variable(
         kind,
         kind.reference(index),

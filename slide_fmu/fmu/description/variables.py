@@ -11,6 +11,7 @@ has another number of inputs. The number of a kind is never used again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
@@ -53,6 +54,7 @@ When = Literal[
     "parameters",
     "bound",
     "output_ranges",
+    "known_start",
 ]
 Size = Literal["scalar", "block", "sampled"]
 Initially = Literal["nothing", "prehistory", "everything"]
@@ -79,7 +81,8 @@ class VariableKind:
         per: whether there is one variable, or one for each input, output, or physical parameter.
         when: condition on the surrogate: an error estimate, a state-space network, a network that
             knows several output samples at a time, inputs with a first-order hold, physical
-            parameters, an error bound, or known ranges of the outputs.
+            parameters, an error bound, known ranges of the outputs, or a state that outputs before
+            the start can show.
         size: number of values: one; the output samples that the network knows at a time; or the
             input samples that any result depends on.
         fmi: the first version of the standard in which the variable exists.
@@ -221,13 +224,14 @@ KINDS: tuple[VariableKind, ...] = (
         "With 1, the inputs had their initial values for all time before the start; with 0, the "
         "first input counts as held for all time before it.",
         "before the start, inputs were: 0 the first input; 1 `initial_<input>`; 2 (FMI 3.0) "
-        "`initial_<input>_window`",
+        "`initial_<input>_window`; 3 (FMI 3.0) the same, and outputs `initial_<output>_window`",
         "parameter",
         "fixed",
         unit="1",
         bounds=(0.0, 1.0, 0.0),
-        high_fmi_3=2.0,
-        text_fmi_3="With 2, initial_<input>_window gives the last samples before the start.",
+        high_fmi_3=3.0,
+        text_fmi_3="With 2, initial_<input>_window gives the last samples before the start. With "
+        "3, which only some FMUs know, initial_<output>_window gives measured outputs besides.",
     ),
     VariableKind(
         8,
@@ -268,7 +272,7 @@ KINDS: tuple[VariableKind, ...] = (
         "INITIAL_WINDOW",
         f"{INITIAL}_window",
         f"These were the last {{size}} samples of {{signal}} before the start, oldest first, "
-        f"where {PREHISTORY_KNOWN} is 2.",
+        f"where {PREHISTORY_KNOWN} is 2 or 3.",
         "last samples before the start, oldest first",
         "parameter",
         "fixed",
@@ -438,6 +442,22 @@ KINDS: tuple[VariableKind, ...] = (
         when="zero_order",
         unit="1",
         bounds=(0.0, 1.0, 0.0),
+    ),
+    VariableKind(
+        24,
+        "INITIAL_OUTPUT_WINDOW",
+        f"{INITIAL}_window",
+        f"These were the last {{size}} samples of {{signal}} before the start, oldest first, as "
+        f"measured, where {PREHISTORY_KNOWN} is 3; NaN where it is not known. Inputs before the "
+        "first known output do not count.",
+        "last measured outputs before the start, oldest first; NaN where not known",
+        "parameter",
+        "fixed",
+        per="output",
+        when="known_start",
+        size="sampled",
+        fmi=3,
+        bounds=(None, None, math.nan),
     ),
 )
 """All kinds in rising order of their numbers, which is their order in a model description."""

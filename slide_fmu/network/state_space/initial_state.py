@@ -18,12 +18,16 @@ from slide_fmu.network.state_space.cell import in_double
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs
 from slide_fmu.network.state_space.network import StateSpace
 
-CHANGE = 1e-6
-"""Step of the differences that approximate derivatives by the state, in units of the states."""
+CHANGE = 1e-3
+"""Step of the differences that approximate derivatives by the state, in units of the states: the
+state is where the errors have no slope by them. Their rounding is far smaller than that of shorter
+steps, so that the FMU finds the same state (``fmu/runtime/network/cells_exact.c``)."""
 MOST_EVALUATIONS = 50
 """Largest number of runs; the problem is nearly linear, so a few are enough."""
 LARGEST_ERROR = 1e6
 """Larger errors, in scaled units, count as this: they mean that the network diverges."""
+PRECISION = 1e-14
+"""The search ends where errors and states change by no more than this part of them."""
 UNSEEN = 1e-3
 """A state of size 1 counts as an error of this size: states that no output shows stay near
 zero."""
@@ -70,5 +74,8 @@ def initial_state(network: StateSpace, features: NDArray[Any], values: NDArray[A
             jac=slopes,
             method="lm",
             max_nfev=MOST_EVALUATIONS,
+            ftol=PRECISION,
+            xtol=PRECISION,
+            gtol=PRECISION,
         )
     return np.asarray(solution.x)

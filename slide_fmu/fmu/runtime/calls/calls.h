@@ -62,6 +62,9 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
 /* Before the first step: find the outputs for the present inputs, where they are not there. */
 SlideStatus slide_settle(SlideInstance *instance);
 
+/* Is all there that the start needs, where outputs before it are said to be known? */
+SlideStatus slide_check_start(const SlideInstance *instance);
+
 /* Variables of another type: there are none; asking for none of them is fine. */
 SlideStatus slide_none_of_type(SlideInstance *instance, size_t count);
 

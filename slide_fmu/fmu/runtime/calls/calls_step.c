@@ -37,10 +37,10 @@ static bool has_direction(const SlideInstance *instance, const double *inputs, c
 static bool have_direction(const SlideInstance *instance) {
     const SlideModel *model = &instance->model;
     const SlideState *state = &instance->state;
-    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const char *which = window ? "initial window of those" : "initial inputs of those";
+    const char *which = slide_window_is_known(state) ? "initial window of those" : "initial inputs of those";
     const double *before = slide_stream_reached(model, state);
-    const size_t n_before = slide_stream_fresh(state) ? (window ? model->memory_length : 1) : 0;
+    const size_t n_before =
+        slide_stream_fresh(state) ? (size_t)slide_stream_n_before(model, state) : 0;
     bool good = has_direction(instance, state->inputs, "inputs");
     for (size_t age = 0; good && age < n_before; ++age) {
         good = has_direction(instance, before - age * model->n_inputs, which);
@@ -209,6 +209,20 @@ static SlideStatus check_step(const SlideInstance *instance, double point, doubl
         return slide_report(instance, SLIDE_ERROR,
                             "communication step %.9g s at %.9g s: %s; nothing was changed", length,
                             time, fault);
+    }
+    const double samples = slide_clock_meant(&instance->state.head->inner, length, step) / step;
+    if (instance->state.head->prehistory == SLIDE_OUTPUTS_KNOWN && samples != nearbyint(samples)) {
+        return slide_report(instance, SLIDE_ERROR,
+                            "communication step %.9g s with prehistory_known = 3; expected a multiple "
+                            "of %.9g s, the own step of the FMU: outputs before the start show a state "
+                            "at its samples only; nothing was changed",
+                            length, step);
+    }
+    if (slide_stream_fresh(&instance->state)) { /* outputs may be missing that show the state */
+        const SlideStatus status = slide_check_start(instance);
+        if (status != SLIDE_OK) {
+            return status;
+        }
     }
     return slide_clock_reaches(clock, instance->stop, time + length, step)
                ? SLIDE_OK

@@ -7,7 +7,16 @@
 /* Part of the inputs behind a result that were set in this run, or are known. */
 static double part_filled(const SlideModel *model, const SlideState *state, uint64_t n_samples) {
     const double filled = slide_stream_filled(model, state) / (double)n_samples;
-    return filled < 1 && state->head->prehistory == SLIDE_FIRST_HELD ? filled : 1;
+    const bool known = state->head->prehistory == SLIDE_INITIAL_HELD ||
+                       state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
+    return filled < 1 && !known ? filled : 1;
+}
+
+/* The same of the outputs: where those before the start are known, these have the state in which it was. */
+static double outputs_filled(const SlideModel *model, const SlideState *state) {
+    return state->head->prehistory == SLIDE_OUTPUTS_KNOWN
+               ? 1
+               : part_filled(model, state, model->predictor.memory_length);
 }
 
 /* Is the present sample, and what counts with it, known to the calibration and in its ranges? */
@@ -29,8 +38,13 @@ static bool write_outputs(const SlideModel *model, const float *block, size_t ou
     return finite;
 }
 
-/* Where the state holds the values of a variable that is set, and of an output, n_inputs apart;
- * NULL for others. */
+/* The values of a variable are so far apart in the state. */
+static size_t apart(const SlideInstance *instance, SlideVariable variable) {
+    return variable.kind == SLIDE_INITIAL_OUTPUT_WINDOW ? instance->model.n_outputs
+                                                        : instance->model.n_inputs;
+}
+
+/* Where the state holds the values of a variable that is set, and of an output; NULL for others. */
 static double *place_of(SlideInstance *instance, SlideVariable variable) {
     SlideState *state = &instance->state;
     switch (variable.kind) {
@@ -42,6 +56,8 @@ static double *place_of(SlideInstance *instance, SlideVariable variable) {
         return state->initial + variable.index;
     case SLIDE_INITIAL_WINDOW: /* oldest first */
         return state->window + variable.index;
+    case SLIDE_INITIAL_OUTPUT_WINDOW:
+        return state->window_outputs + variable.index;
     case SLIDE_PREHISTORY_KNOWN:
         return &state->head->prehistory;
     case SLIDE_INPUTS_AT_STEP_END:
@@ -116,6 +132,7 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_OUTPUT:
     case SLIDE_INITIAL_INPUT:
     case SLIDE_INITIAL_WINDOW:
+    case SLIDE_INITIAL_OUTPUT_WINDOW:
     case SLIDE_PREHISTORY_KNOWN:
     case SLIDE_INPUTS_AT_STEP_END:
     case SLIDE_INPUTS_HELD:
@@ -123,14 +140,14 @@ static bool read_variable(SlideInstance *instance, SlideVariable variable, const
     case SLIDE_CONFIDENCE:
     case SLIDE_ERROR_TOLERANCE:
         for (size_t sample = 0; sample < variable.size; ++sample) {
-            values[sample] = place_of(instance, variable)[sample * model->n_inputs];
+            values[sample] = place_of(instance, variable)[sample * apart(instance, variable)];
         }
         break;
     case SLIDE_ERROR_ESTIMATE:
         values[0] = error_estimate(model, state, i);
         break;
     case SLIDE_WINDOW_FILLED:
-        values[0] = part_filled(model, state, model->predictor.memory_length);
+        values[0] = outputs_filled(model, state);
         break;
     case SLIDE_ESTIMATE_FILLED:
         values[0] = part_filled(model, state,
@@ -229,8 +246,20 @@ static void store_truth(const SlideValues *of, void *values, size_t at, bool tru
     }
 }
 
+SlideStatus slide_check_start(const SlideInstance *instance) {
+    return slide_stream_lacks_outputs(&instance->model, &instance->state)
+               ? slide_report(instance, SLIDE_ERROR,
+                              "prehistory_known = 3, and initial_<output>_window has no number; "
+                              "expected the outputs before the start, and NaN only where one is not "
+                              "known; nothing was changed")
+               : SLIDE_OK;
+}
+
 SlideStatus slide_settle(SlideInstance *instance) {
     SlideState *state = &instance->state;
+    if (slide_stream_fresh(state) && slide_check_start(instance) != SLIDE_OK) {
+        return SLIDE_ERROR;
+    }
     const bool settled = !slide_stream_fresh(state) || state->head->current ||
                          slide_stream_hold(&instance->model, state);
     return settled ? SLIDE_OK
@@ -287,18 +316,39 @@ static SlideStatus check_settable(const SlideInstance *instance, unsigned refere
     return SLIDE_OK;
 }
 
+/* Outputs before the start may be unknown. */
+static SlideStatus check_outputs(const SlideInstance *instance, unsigned reference,
+                                 SlideVariable variable, const double values[]) {
+    const SlideScaling *scaling = &instance->model.output_scaling[variable.index];
+    for (size_t i = 0; i < variable.size; ++i) {
+        if (!isnan(values[i]) && !isfinite((float)((values[i] - scaling->offset) * scaling->factor))) {
+            return slide_report(instance, SLIDE_DISCARD,
+                                "initial window of an output, with value reference %u = %g; expected "
+                                "finite numbers near the output's range, and NaN where it is not "
+                                "known; the former values are kept",
+                                reference, values[i]);
+        }
+    }
+    return SLIDE_OK;
+}
+
 /* values: all of the variable. */
 static SlideStatus check_values(const SlideInstance *instance, unsigned reference,
                                 const double values[]) {
     const SlideVariable variable = slide_variable(instance, reference);
     if (variable.kind == SLIDE_PREHISTORY_KNOWN) {
-        const uint32_t most = instance->has_more ? SLIDE_INITIAL_WINDOW_KNOWN : SLIDE_INITIAL_HELD;
+        const bool shows = slide_shows_state(&instance->model);
+        const uint32_t of_arrays = shows ? SLIDE_OUTPUTS_KNOWN : SLIDE_INITIAL_WINDOW_KNOWN;
+        const uint32_t most = instance->has_more ? of_arrays : SLIDE_INITIAL_HELD;
         bool known = values[0] >= 0 && values[0] <= most && values[0] == nearbyint(values[0]);
         return known ? SLIDE_OK
                      : slide_report(instance, SLIDE_DISCARD,
                                     "prehistory_known (value reference %u) = %g; expected 0 %s; "
                                     "the former values are kept",
-                                    reference, values[0], instance->has_more ? "to 2" : "or 1");
+                                    reference, values[0],
+                                    !instance->has_more ? "or 1"
+                                    : shows             ? "to 3"
+                                                        : "to 2");
     }
     if (variable.kind == SLIDE_INPUTS_AT_STEP_END || variable.kind == SLIDE_INPUTS_HELD) {
         const bool held = variable.kind == SLIDE_INPUTS_HELD;
@@ -337,6 +387,9 @@ static SlideStatus check_values(const SlideInstance *instance, unsigned referenc
                                   "number that is not negative, in the output's unit; the former "
                                   "values are kept",
                                   reference, values[0]);
+    }
+    if (variable.kind == SLIDE_INITIAL_OUTPUT_WINDOW) {
+        return check_outputs(instance, reference, variable, values);
     }
     for (size_t i = 0; i < variable.size; ++i) { /* finite as the networks see them */
         if (!isfinite((float)slide_scaled(&instance->model, variable.index, values[i]))) {
@@ -381,7 +434,7 @@ SlideStatus slide_set(SlideInstance *instance, const SlideValues *of, const void
             mark_set(instance, variable.index);
         }
         for (size_t sample = 0; sample < variable.size; ++sample, ++numbers) {
-            place[sample * instance->model.n_inputs] =
+            place[sample * apart(instance, variable)] =
                 variable.kind == SLIDE_MODEL_PARAMETER
                     ? slide_parameter_within(&instance->model.parameters, variable.index, *numbers)
                     : *numbers;

@@ -10,7 +10,8 @@ typedef enum {
     WHEN_ZERO_ORDER,
     WHEN_PARAMETERS,
     WHEN_BOUND,
-    WHEN_OUTPUT_RANGES
+    WHEN_OUTPUT_RANGES,
+    WHEN_KNOWN_START
 } When;
 typedef enum { SIZE_SCALAR, SIZE_BLOCK, SIZE_SAMPLED } Size;
 typedef enum {
@@ -56,6 +57,8 @@ static bool has(const SlideModel *model, When when) {
         return model->bound.memory_length > 0;
     case WHEN_OUTPUT_RANGES:
         return model->has_output_ranges;
+    case WHEN_KNOWN_START:
+        return slide_shows_state(model);
     }
     return false;
 }

@@ -157,10 +157,11 @@ static Replay replay_of(const SlideModel *model, SlideState *state,
     const uint64_t n_after = looked > n_window ? (looked < most ? looked : most) - n_window : 0;
     replay.n_taken = state->head->n_since;
     if (slide_stream_fresh(state)) {
-        replay.n_taken = 0;
+        const bool found = state->head->prehistory == SLIDE_OUTPUTS_KNOWN;
+        replay.n_taken = found ? phase->head->n_open : 0;
         replay.settled = state->head->prehistory == SLIDE_FIRST_HELD;
         replay.n_moved = replay.settled ? 0 : phase->head->n_open;
-        replay.anew = !replay.settled;
+        replay.anew = !replay.settled && !found;
     } else if (slide_stream_first_held(state)) {
         /* the first sample counts as settled, too, where it is held, and those it may change */
         const uint64_t n_settled = (slide_stream_forecasts(model, state) ? 0 : 1) +

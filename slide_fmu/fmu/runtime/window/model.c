@@ -111,5 +111,10 @@ void slide_model_place(SlideModel *model, const SlidePayload *payload, uint32_t 
     }
     model->missing = slide_place(arena, payload->n_outputs, sizeof(double));
     model->candidate = slide_place(arena, payload->n_outputs, sizeof(double));
+    if (slide_shows_state(model)) {
+        slide_first_state_place(&model->first, &model->predictor, arena);
+        model->known_values =
+            slide_place(arena, model->memory_length, payload->n_outputs * sizeof(double));
+    }
     memcpy(model->guid, payload->guid, sizeof model->guid);
 }

@@ -4,6 +4,7 @@
 
 #include "bound.h"
 #include "estimate.h"
+#include "first_state.h"
 #include "forecast.h"
 #include "history.h"
 #include "network.h"
@@ -79,6 +80,9 @@ typedef struct {
     double *missing;   /* scratch [n_outputs]: outputs if a forecast misses as much as the last one, scaled */
     double *candidate; /* scratch [n_outputs]: outputs at the present, scaled */
     SlideNetworkState between; /* scratch: a state between phases, of recurrent families */
+    SlideFirstState first; /* scratch, where outputs show a state */
+    double *known_values;  /* scratch [memory_length][n_outputs], the same: outputs that are known, scaled,
+                              oldest first */
     const SlideKernel *kernel;
     char guid[48];
 } SlideModel;
@@ -93,6 +97,11 @@ static inline void slide_model_form(const SlideModel *model, const double *value
     if (model->parameters.count > 0) {
         slide_parameters_form(&model->parameters, &model->predictor.of.cells.terms, values);
     }
+}
+
+/* May outputs before the start show the state there? With parameters it would follow them, too. */
+static inline bool slide_shows_state(const SlideModel *model) {
+    return slide_is_recurrent(model->predictor.family) && model->parameters.count == 0;
 }
 
 /* An input as the networks see it. */

@@ -299,7 +299,7 @@ static bool begin(const SlideModel *model, SlideState *state, SlidePhase *phase,
 static bool may_begin(const SlideModel *model, SlideState *state, double time) {
     const SlidePhase *start = slide_start(model, state);
     const double samples = (time - slide_phase_known_end(model, start)) / model->step;
-    const bool steady = state->head->prehistory != SLIDE_INITIAL_WINDOW_KNOWN;
+    const bool steady = !slide_window_is_known(state);
     return start->head->used > 0 && samples <= model->most_open && (steady || is_whole(samples, SLACK));
 }
 

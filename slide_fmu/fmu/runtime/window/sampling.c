@@ -192,9 +192,8 @@ void slide_sample_newest(const SlideModel *model, const SlideState *state) {
 }
 
 void slide_sampling_recall(const SlideModel *model, SlideState *state) {
-    const bool window = state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN;
-    const size_t n_inputs = model->n_inputs, count = window ? model->memory_length : 1;
-    const double *rows = window ? state->window : slide_stream_prehistory(model, state);
+    const size_t n_inputs = model->n_inputs, count = (size_t)slide_stream_n_before(model, state);
+    const double *rows = slide_stream_prehistory(model, state) - (count - 1) * n_inputs;
     for (size_t sample = 0; sample < count; ++sample) {
         /* inputs that move reach the value of a sample by its end */
         const size_t begin = model->history.first_order && sample > 0 ? sample - 1 : sample;

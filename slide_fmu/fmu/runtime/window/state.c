@@ -59,6 +59,8 @@ void slide_state_place(SlideState *state, const SlideModel *model, SlideArena *a
     slide_estimate_place(&state->ahead.estimate, &model->estimator, arena);
     slide_bound_place_state(&state->ahead.bound, &model->bound, arena);
     state->window = slide_place(arena, model->memory_length, n_inputs * sizeof(double));
+    state->window_outputs = slide_place(arena, slide_shows_state(model) ? model->memory_length : 0,
+                                        n_outputs * sizeof(double));
     for (size_t place = 0; place <= model->n_phases; ++place) {
         slide_phase_place(&state->phases[place], model, arena);
     }
@@ -82,6 +84,10 @@ void slide_state_reset(const SlideModel *model, SlideState *state) {
     }
     for (size_t i = 0; i < model->bound.n_outputs; ++i) {
         state->tolerances[i] = model->bound.tolerances[i] * model->output_scaling[i].scale;
+    }
+    const size_t n_known = slide_shows_state(model) ? model->memory_length * model->n_outputs : 0;
+    for (size_t i = 0; i < n_known; ++i) {
+        state->window_outputs[i] = NAN;
     }
     for (size_t sample = 0; sample < model->memory_length; ++sample) {
         memcpy(state->window + sample * model->n_inputs, model->starts,
@@ -160,8 +166,35 @@ bool slide_state_is_sound(const SlideModel *model, const SlideState *state, cons
     return sound;
 }
 
+/* Samples from the first one on of which an output is known; 0: none is. */
+static uint64_t n_with_outputs(const SlideModel *model, const SlideState *state) {
+    const size_t count = model->memory_length * model->n_outputs;
+    size_t first = 0;
+    while (first < count && isnan(state->window_outputs[first])) {
+        ++first;
+    }
+    return model->memory_length - first / model->n_outputs;
+}
+
+bool slide_stream_lacks_outputs(const SlideModel *model, const SlideState *state) {
+    return state->head->prehistory == SLIDE_OUTPUTS_KNOWN && n_with_outputs(model, state) == 0;
+}
+
+/* Where outputs are known, not more samples than the state is kept for, and at least those that following
+ * ones change. */
+uint64_t slide_stream_n_before(const SlideModel *model, const SlideState *state) {
+    if (state->head->prehistory != SLIDE_OUTPUTS_KNOWN) {
+        return slide_window_is_known(state) ? model->memory_length : 1;
+    }
+    const uint64_t known = n_with_outputs(model, state), most = model->predictor.n_samples;
+    const uint64_t count = known < most ? known : most;
+    const uint64_t least =
+        SLIDE_UNSETTLED < model->memory_length ? SLIDE_UNSETTLED : model->memory_length;
+    return count > least ? count : least;
+}
+
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state) {
-    if (state->head->prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+    if (slide_window_is_known(state)) {
         return state->window + (size_t)(model->memory_length - 1) * model->n_inputs;
     }
     return state->head->prehistory == SLIDE_FIRST_HELD ? state->inputs : state->initial;

@@ -10,7 +10,9 @@
 typedef enum {
     SLIDE_FIRST_HELD,   /* nothing: the first counts as held for ever */
     SLIDE_INITIAL_HELD, /* SlideState.initial, for ever */
-    SLIDE_INITIAL_WINDOW_KNOWN /* SlideState.window; its oldest for ever before */
+    SLIDE_INITIAL_WINDOW_KNOWN, /* SlideState.window; its oldest for ever before */
+    SLIDE_OUTPUTS_KNOWN /* the same, from the first sample on of which SlideState.window_outputs has an
+                           output: they show the state there */
 } SlidePrehistory;
 
 /* Fixed-size head of the state; the arrays follow it in the same block. */
@@ -101,6 +103,8 @@ typedef struct {
     SlideForecastState forecast;
     SlideAhead ahead;
     double *window;      /* [memory_length][n_inputs], samples before the start, oldest first */
+    double *window_outputs; /* [memory_length][n_outputs], outputs after them, NaN where they are not
+                               known; where they show a state */
     SlidePhase phases[SLIDE_MOST_PHASES + 1]; /* [n_phases], and one more: what was before the first
                                               step, while all phases may begin with it */
     SlideHistory history;
@@ -153,6 +157,16 @@ const double *slide_stream_reached(const SlideModel *model, const SlideState *st
 static inline bool slide_stream_forecasts(const SlideModel *model, const SlideState *state) {
     return model->history.first_order && state->head->known == 0;
 }
+
+/* Are samples before the start known? Of how many this tells slide_stream_n_before; 1 where they are
+ * not. */
+static inline bool slide_window_is_known(const SlideState *state) {
+    return state->head->prehistory >= SLIDE_INITIAL_WINDOW_KNOWN;
+}
+uint64_t slide_stream_n_before(const SlideModel *model, const SlideState *state);
+
+/* Is the state before the start found by outputs, of which there are none? */
+bool slide_stream_lacks_outputs(const SlideModel *model, const SlideState *state);
 
 /* The inputs until the first step, before it. */
 const double *slide_stream_prehistory(const SlideModel *model, const SlideState *state);

@@ -41,6 +41,26 @@ static void accept_parameters(const SlideModel *model, SlideState *state) {
     slide_start(model, state)->head->used = 0; /* it knows former ones only */
 }
 
+/* The network has the state that outputs show before the oldest of so many samples, and a state that
+ * starts from zero before the newest of them, of which following ones change so many. */
+static bool find_state(const SlideModel *model, const SlideState *state, SlidePhase *start,
+                       uint64_t count, uint64_t n_changed) {
+    const size_t n_inputs = model->n_inputs, n_outputs = model->n_outputs;
+    const double *outputs =
+        state->window_outputs + (size_t)(model->memory_length - count) * n_outputs;
+    double *oldest = model->taken + (size_t)(count - 1) * n_inputs;
+    for (size_t i = 1; i <= SLIDE_BEFORE; ++i) { /* counts for all before */
+        memcpy(oldest + i * n_inputs, oldest, n_inputs * sizeof *oldest);
+    }
+    for (size_t i = 0; i < (size_t)count * n_outputs; ++i) {
+        const SlideScaling *scaling = &model->output_scaling[i % n_outputs];
+        model->known_values[i] = (outputs[i] - scaling->offset) * scaling->factor;
+    }
+    const SlideKnownOutputs known = {model->taken, model->known_values, count};
+    return slide_first_state_find(&model->predictor, &model->first, &known,
+                                  count - (n_changed > 0 ? n_changed : 1), &start->predictor);
+}
+
 /* What was before the first step, and the sample that the inputs that were set are: an open one, where
  * it is not known when the next comes. */
 static bool see_start(const SlideModel *model, SlideState *state) {
@@ -54,12 +74,15 @@ static bool see_start(const SlideModel *model, SlideState *state) {
     uint64_t n_open = n_changed;
     bool done = true;
     slide_phase_clear(model, start, NULL); /* a run before this one may have left something */
-    if (prehistory == SLIDE_INITIAL_WINDOW_KNOWN) {
+    if (slide_window_is_known(state)) {
+        const uint64_t count = slide_stream_n_before(model, state);
         slide_sampling_recall(model, state);
-        slide_sample(model, state, model->memory_length, 0);
+        slide_sample(model, state, count, 0);
         *state->history.count = 0;
-        slide_phase_restart(model, start, slide_sample_taken(model, model->memory_length - 1));
-        for (uint64_t left = model->memory_length; done && left-- > 0;) {
+        slide_phase_restart(model, start, slide_sample_taken(model, count - 1));
+        done = prehistory != SLIDE_OUTPUTS_KNOWN ||
+               find_state(model, state, start, count, n_changed);
+        for (uint64_t left = count; done && left-- > 0;) {
             if (left + 1 == n_changed) {
                 slide_phase_open(model, start);
             }
@@ -86,6 +109,10 @@ static bool see_start(const SlideModel *model, SlideState *state) {
         }
         done = slide_phase_take(model, start, rest, true);
         n_open += 1;
+    }
+    if (prehistory == SLIDE_OUTPUTS_KNOWN && n_open > 0) { /* derivatives go on from there */
+        model->predictor.family->keep(&model->predictor, &start->known,
+                                      &state->before.predictor[state->head->before]);
     }
     start->head->n_open = n_open;
     start->head->used = done;

@@ -73,6 +73,7 @@ class Instance:
         self._unset: dict[str, Any] = {}
         self._start = self.begin
         self._tolerance: float | None = None
+        self._stop: float | None = None
         self._reached = c_double()
         self._flags = c_bool(), c_bool(), c_bool()
         if _is_only_one(fmu):
@@ -128,6 +129,7 @@ class Instance:
         values: Mapping[str, Any],
         start: float | None = None,
         tolerance: float | None = None,
+        stop: float | None = None,
     ) -> None:
         """Set start values before the initialization.
 
@@ -135,11 +137,13 @@ class Instance:
             values: of parameters and inputs by name.
             start: start time; that of the FMU by default.
             tolerance: relative tolerance of its solver; its own by default.
+            stop: time at which the experiment ends, beyond which an FMU must not go; not defined
+                by default, so that it may go on for ever.
         """
         self._start = self.begin if start is None else start
-        self._tolerance = tolerance
+        self._tolerance, self._stop = tolerance, stop
         if not self.fmi_3:
-            self.calls.setupExperiment(tolerance=tolerance, startTime=self._start)
+            self.calls.setupExperiment(tolerance=tolerance, startTime=self._start, stopTime=stop)
         self._unset = self._apply(dict(values), settable_in_instantiated)
 
     def enter_initialization(self) -> None:
@@ -149,7 +153,9 @@ class Instance:
             ValueError: there are some that cannot be set at all.
         """
         if self.fmi_3:
-            self.calls.enterInitializationMode(tolerance=self._tolerance, startTime=self._start)
+            self.calls.enterInitializationMode(
+                tolerance=self._tolerance, startTime=self._start, stopTime=self._stop
+            )
         else:
             self.calls.enterInitializationMode()
         left = self._apply(self._unset, settable_in_initialization_mode)
@@ -175,13 +181,14 @@ class Instance:
         first: Sequence[float],
         start: float | None = None,
         tolerance: float | None = None,
+        stop: float | None = None,
     ) -> None:
         """Initialize the instance under the first inputs; ``values`` and so on are of ``set_up``.
 
         The inputs are set before initialization mode, where FMUs may use them as start values, and
         in it.
         """
-        self.set_up(values, start, tolerance)
+        self.set_up(values, start, tolerance, stop)
         inputs.set(first)
         self.enter_initialization()
         inputs.set(first)

@@ -88,6 +88,37 @@ def test_message_of_a_failed_step_has_the_numbers_that_the_fmu_logs(
     assert "ends at 0.8 s (stopTime)" in message
 
 
+LONG = np.sin(0.13 * np.arange(500)) - 0.3
+
+
+@pytest.mark.parametrize("told_end", [False, True])
+@pytest.mark.parametrize("start", [0.0, 5.0])
+def test_motions_go_on_beyond_the_default_experiment(
+    tmp_path: Path, start: float, told_end: bool
+) -> None:
+    """By a later stop time where the FMU takes one, else by instances that lead in one another."""
+    fmu = build_strict_lag(tmp_path / "lag.fmu", start=start, end=start + 3.0, told_end=told_end)
+    system, expected = system_of(fmu), true_level(LONG, STEP)
+    for knows_end in (False, True):
+        found = simulate(system, LONG[:, None]).outputs[:, 0]
+        exact = told_end and knows_end  # it is told the end from the start on
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 if exact else 1e-8)
+
+
+def test_memory_that_outlasts_the_default_experiment_is_told(tmp_path: Path) -> None:
+    fmu = build_strict_lag(tmp_path / "lag.fmu", end=0.5)
+    found = "leads in over 0.38 s comes to 'level' = "
+    with refused(SimulationError, found, "ends at 0.5 s (stopTime)", "with a later end"):
+        simulate(system_of(fmu), LONG[:, None])
+
+
+def test_failure_within_the_default_experiment_is_the_same_as_ever(tmp_path: Path) -> None:
+    wrong = "if (begin > 4.09) return fmi2Error;"
+    fmu = build_strict_lag(tmp_path / "lag.fmu", end=10.0, at_step=wrong)
+    with refused(SimulationError, "failed at t = 4.1 s", "fmi2DoStep failed"):
+        simulate(system_of(fmu), LONG[:, None])
+
+
 def test_one_instance_in_a_process_is_enough(tmp_path: Path) -> None:
     """Systems take turns; each one begins anew."""
     fmu = build_strict_lag(tmp_path / "lag.fmu", only_one=True)

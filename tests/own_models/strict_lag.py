@@ -22,6 +22,7 @@ def build_strict_lag(  # noqa: PLR0913 - ways in which an FMU may be strict, or 
     start: float | None = 0.0,
     clock: float | None = None,
     end: float | None = None,
+    told_end: bool = False,
     at_start: str = "",
     at_step: str = "",
     states: bool = False,
@@ -35,7 +36,8 @@ def build_strict_lag(  # noqa: PLR0913 - ways in which an FMU may be strict, or 
         names_step: whether its default experiment names that step, or else 0.01 s.
         start: the only start time in s that it takes; any if None.
         clock: the time in s from which on another drive acts too.
-        end: the time in s beyond which it takes no step.
+        end: the time in s beyond which it takes no step, that of its default experiment.
+        told_end: whether it goes on to the stop time that it is told, if it is told one.
         at_start, at_step: statements in C that it does first when it is set up, and in each step
             of a length ``step`` from a time ``begin``.
         states: whether it can go back to a former state.
@@ -46,7 +48,7 @@ def build_strict_lag(  # noqa: PLR0913 - ways in which an FMU may be strict, or 
     flags += [] if only_step is None else [f"-DONLY_STEP={only_step!r}"]
     flags += [f"-DAT_START={at_start}"] * bool(at_start) + ["-DSTATES"] * states
     flags += [f"-DAT_STEP={at_step}"] * bool(at_step)
-    flags += [] if end is None else [f"-DEND={end!r}"]
+    flags += [] if end is None else [f"-DEND={end!r}"] + ["-DTOLD_END"] * told_end
     source = (HERE / "c" / "strict_lag_fmi2.c").read_text(encoding="utf-8")
     library = compiled(source, path.with_suffix(".so"), tuple(flags))
     booleans = {"any": only_step is None, "once": only_one, "back": states}

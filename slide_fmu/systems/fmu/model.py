@@ -37,7 +37,7 @@ from slide_fmu.systems.fmu.file import (
     read_fmu_file,
     split_options,
 )
-from slide_fmu.systems.fmu.repeated_runs import FAILURES, Runs
+from slide_fmu.systems.fmu.repeated_runs import FAILURES, LEAD_IN, Runs
 from slide_fmu.systems.fmu.solver import TOLERANCE, SolverSteps
 from slide_fmu.systems.fmu.steps import CoSimulationSteps, FmuSteps, Plan
 from slide_fmu.systems.fmu.variables import (
@@ -289,7 +289,7 @@ def _remarks_on(file: FmuFile) -> tuple[str, ...]:
     if stop is not None:
         remarks.append(
             f"its default experiment ends at {stop:g} s (stopTime): if it goes no further, longer "
-            "motions fail"
+            f"motions are joined of several, each of which leads in over {LEAD_IN:.0%} of this"
         )
     if file.offer.needsExecutionTool:
         remarks.append("it needs the tool that made it where it is simulated")

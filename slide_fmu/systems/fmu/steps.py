@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
 from slide_fmu.core.signals import FloatArray, Signal, hold_of
+from slide_fmu.importer.description import experiment
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.importer.file import UnpackedFmu, folder_of_process
 from slide_fmu.importer.instance import Instance
@@ -77,8 +79,11 @@ class FmuSteps(abc.ABC):
         self.inputs = self.instance.variables([signal.name for signal in plan.inputs])
         self.outputs = self.instance.variables([signal.name for signal in plan.outputs])
 
-    def initialize(self, held: FloatArray) -> None:
-        """Initialize the instance under inputs that have always acted, (n_inputs,)."""
+    def initialize(self, held: FloatArray, stop: float | None = None) -> None:
+        """Initialize the instance under inputs that have always acted, (n_inputs,).
+
+        The FMU is told a stop time in s, if there is one.
+        """
         self.instance.messages.clear()
         self.instance.initialize(
             self.plan.parameters,
@@ -86,12 +91,19 @@ class FmuSteps(abc.ABC):
             held.tolist(),
             start=self.time(0),
             tolerance=self.plan.file.options.tolerance,
+            stop=stop,
         )
         self.begin(held)
 
     def time(self, number: int) -> float:
         """Return the time of a sample in s, for the FMU."""
         return self.instance.begin + (self.plan.later + number) * self.plan.step
+
+    @property
+    def default_stop(self) -> float:
+        """The time in s at which the FMU's default experiment ends; infinite if it names none."""
+        stop = experiment(self.instance.fmu.description, "stopTime")
+        return math.inf if stop is None else stop
 
     @abc.abstractmethod
     def begin(self, held: FloatArray) -> None:

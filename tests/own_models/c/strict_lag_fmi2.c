@@ -1,6 +1,6 @@
 /* A lag as FMU of FMI 2.0 for co-simulation, which is strict in what it takes: one instance (ONLY_ONE),
- * multiples of one step (ONLY_STEP), one start time (START), no time beyond an end (END). What is
- * wrong it logs by a format and its numbers. With CLOCK, a time, another drive acts from that time on.
+ * multiples of one step (ONLY_STEP), one start time (START), no time beyond an end (END, or where it
+ * is told one and takes it, TOLD_END, that). What is wrong it logs by a format and its numbers. With CLOCK, a time, another drive acts from that time on.
  * AT_START and AT_STEP are what else it does then, and with STATES it goes back. Value references: 0 drive, 1 level. */
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +13,7 @@
 #define LAG 0.1
 
 typedef struct {
-    double drive, level, time;
+    double drive, level, time, end;
     const fmi2CallbackFunctions *callbacks;
 } Lag;
 
@@ -56,6 +56,12 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2R
 #ifdef AT_START
     AT_START
 #endif
+#ifdef END
+    ((Lag *)c)->end = END;
+#endif
+#ifdef TOLD_END
+    if (has_stop) ((Lag *)c)->end = stop;
+#endif
     ((Lag *)c)->time = start;
     return fmi2OK;
 }
@@ -88,7 +94,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real begin, fmi2Real step, fmi2Boolea
         REFUSE(lag->callbacks, "a step of %g s is no multiple of %g s", step, ONLY_STEP);
 #endif
 #ifdef END
-    if (begin + step > END + 1e-9) REFUSE(lag->callbacks, "%.2f s is beyond the end", begin + step);
+    if (begin + step > lag->end + 1e-9) REFUSE(lag->callbacks, "%.2f s is beyond the end", begin + step);
 #endif
     double drive = lag->drive;
 #ifdef CLOCK

@@ -179,9 +179,9 @@ class Runs:
             reason = (
                 f"{self._failure}. It goes no further than its default experiment, up to {stop:g} "
                 f"s. A run that leads in over {len(rows) * self._step:g} s comes to "
-                f"{signal.name!r} = {outputs[far[0]]:.6g}, the one that ended to {expected[far[0]]:.6g}; expected "
-                "the same, since its memory fades within that time: export the FMU with a later "
-                "end"
+                f"{signal.name!r} = {outputs[far[0]]:.6g}, the one that ended to "
+                f"{expected[far[0]]:.6g}; expected the same, since its memory fades within that "
+                "time: export the FMU with a later end"
             )
             raise self._failed(self._time, self._last, reason)
         self._outputs = seen

@@ -96,5 +96,61 @@ def test_constraints_that_depend_on_each_other_are_named_once(
     assert capfd.readouterr().out == ""
 
 
+PARALLELOGRAM = """
+import numpy as np
+import exudyn as exu
+import exudyn.itemInterface as item
+
+inputs, outputs = {"torque": "N*m"}, {"height": {"unit": "m", "sensor": "height[1]"}}
+parameters = {"angle": ANGLE, "damping": 3.0}
+
+def build(mbs, p):
+    ground = mbs.AddObject(item.ObjectGround())
+
+    def bar(begin, end):
+        way = np.subtract(end, begin)
+        length, at = float(np.linalg.norm(way)), [*np.add(begin, end) / 2, np.arctan2(*way[::-1])]
+        node = mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=at))
+        body = mbs.AddObject(item.ObjectRigidBody2D(
+            mass=1.0, inertia=0.1, nodeNumber=node))
+        ends = [mbs.AddMarker(item.MarkerBodyPosition(
+            bodyNumber=body, localPosition=[side * length / 2, 0, 0])) for side in (-1, 1)]
+        return body, node, *ends
+
+    def pin(name, one, other):
+        mbs.AddObject(item.ObjectJointRevolute2D(name=name, markerNumbers=[one, other]))
+
+    tip = [np.cos(p.angle), np.sin(p.angle)]
+    crank, node, a0, a1 = bar([0, 0], tip)
+    _, _, b0, b1 = bar([2, 0], [2 + tip[0], tip[1]])
+    _, _, c0, c1 = bar(tip, [2 + tip[0], tip[1]])
+    places = [mbs.AddMarker(item.MarkerBodyPosition(
+        bodyNumber=ground, localPosition=[x, 0, 0])) for x in (0.0, 2.0)]
+    for name, one, other in zip("lrcd", (places[0], places[1], a1, b1), (a0, b0, c0, c1)):
+        pin(name, one, other)
+    turn = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=node, coordinate=2))
+    zero = mbs.AddMarker(item.MarkerNodeCoordinate(
+        nodeNumber=mbs.AddNode(item.NodePointGround()), coordinate=0))
+    mbs.AddObject(item.CoordinateSpringDamper(
+        markerNumbers=[zero, turn], stiffness=50.0, damping=p.damping))
+    mbs.AddLoad(item.LoadCoordinate(name="torque", markerNumber=turn))
+    mbs.AddSensor(item.SensorNode(
+        name="height", nodeNumber=node, outputVariableType=exu.OutputVariableType.Coordinates))
+"""
+
+
+def test_linkage_that_begins_in_a_singular_position_is_told_apart(tmp_path: Path) -> None:
+    """Its bars lie in one line: it may go on as a parallelogram, or crossed."""
+    path = model(tmp_path, PARALLELOGRAM.replace("ANGLE", "0.0"))
+    singular = "the initial configuration is singular: there, 1 of 8 constraints say"
+    with refused(LoadError, singular, "let the model begin in another position"):
+        describe(path)
+
+
+def test_linkage_that_begins_elsewhere_is_fine(tmp_path: Path) -> None:
+    path = model(tmp_path, PARALLELOGRAM.replace("ANGLE", "1.0"))
+    assert describe(path).outputs.keys() == {"height"}
+
+
 def test_joint_whose_axes_are_free_depends_on_nothing(tmp_path: Path) -> None:
     assert describe(model(tmp_path, TWO_JOINTS, ("[1, 1, 1]", "[0, 0, 0]"))).inputs

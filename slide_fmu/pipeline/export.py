@@ -71,7 +71,7 @@ def export(request: ExportRequest, bar: Stages) -> ExportResult:
         FmuError: the source is no FMU of slide-fmu, or one of the files that stay was changed
             since it was written.
         RecipeError: the recipe cannot be used.
-        StageError: the recipe was not trained.
+        StageError: the recipe was not trained, or ``run`` has measured and refused its surrogate.
         ValueError: an option is missing, or has no meaning for this source; or the source is a
             network that was trained elsewhere.
     """
@@ -95,12 +95,13 @@ def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
     """Write the FMU of a trained recipe to a path, or to its place in the run folder if None.
 
     An FMU of the same surrogate that ``run`` has finished keeps its report and measured error. One
-    that is damaged has lost them, which is remarked.
+    that is damaged has lost them, which is remarked. One that ``run`` has measured and refused is
+    refused here, too.
     """
     from slide_fmu.pipeline.apps import Release
     from slide_fmu.pipeline.documents import write_release
     from slide_fmu.pipeline.job import open_job, provenance
-    from slide_fmu.pipeline.run_folder import RunFolder
+    from slide_fmu.pipeline.run_folder import RunFolder, StageError
     from slide_fmu.pipeline.stages import examine_stability
     from slide_fmu.recipe.reading import parse_open_recipe, read_recipe_text
 
@@ -122,6 +123,9 @@ def _export_recipe(request: ExportRequest, bar: Stages) -> ExportResult:
             f"{error}. The FMU that is written now carries neither report nor measured error; "
             "slide-fmu run RECIPE makes them again"
         )
+    refusal = job.folder.refusal(surrogate, job.recipe).read()
+    if refusal is not None:
+        raise StageError(f"slide-fmu run has measured and refused it: {refusal.decode('utf-8')}")
     release = Release(surrogate, job.case, origin)
     written = write_release(release, path, request.fmi, request.sources)
     return ExportResult(written, remark)

@@ -17,6 +17,7 @@ from slide_fmu.fmu.export import Provenance, export_fmu
 from slide_fmu.fmu.libraries.platforms import require_new_libraries
 from slide_fmu.importer.errors import CoSimulationError
 from slide_fmu.memory.sizing import AnySizing
+from slide_fmu.memory.stability import UnstableSurrogateError
 from slide_fmu.pipeline.apps import Release, last_section, with_origins
 from slide_fmu.pipeline.documents import documents, write_release
 from slide_fmu.pipeline.job import Job, checked, provenance
@@ -41,7 +42,7 @@ from slide_fmu.recipe.quick import REMARK
 from slide_fmu.report.chart_pictures import chart_picture
 from slide_fmu.report.fmu_description import FmuDescription
 from slide_fmu.report.model_card import model_card
-from slide_fmu.report.quality import require_motion
+from slide_fmu.report.quality import QualityError, require_motion
 from slide_fmu.report.run_figures import RunFigures
 from slide_fmu.report.run_report import RunMeasurement, run_figures, run_report, with_times
 from slide_fmu.report.step_chart import step_charts
@@ -170,8 +171,7 @@ def measure_trained(
         require_same_answers(bare)
         validations, remarks = _validations(bare, surrogate, job, wanted, workers)
         in_range = validations[IN_RANGE]
-        require_motion(in_range)
-        require_own_memory(job.case.source, in_range)
+        _require_agreement(job, in_range)
         attacks = [] if known_search is not None else _searched(job, surrogate, in_range)
         rows = rows_of(bare, validations, job.case, in_range.usual_error(), job.bar, attacks)
         measurement = RunMeasurement(
@@ -190,6 +190,18 @@ def measure_trained(
             ),
         )
         return _write_finished(job, results, measurement, bare)
+
+
+def _require_agreement(job: Job, in_range: Validation) -> None:
+    """Refuse a surrogate by what was measured, and keep the reason for ``slide-fmu export``."""
+    refusal = job.folder.refusal(in_range.surrogate, job.recipe)
+    try:
+        require_motion(in_range)
+        require_own_memory(job.case.source, in_range)
+    except (QualityError, UnstableSurrogateError) as error:
+        refusal.write(str(error).encode("utf-8"))
+        raise
+    refusal.path.unlink(missing_ok=True)
 
 
 def require_same_answers(fmu: Path) -> None:

@@ -123,6 +123,12 @@ class RunFolder:
         """Return the place of the FMU."""
         return self.path / f"{recipe.name}.fmu"
 
+    def refusal(self, surrogate: Surrogate, recipe: Recipe) -> ResultFile:
+        """Return the file with the reason why a run has refused a surrogate that it measured."""
+        allowed = recipe.stability.model_dump(mode="json")
+        decides = hashlib.sha256(surrogate.to_bytes()).hexdigest(), allowed
+        return ResultFile.of(self.cache, "refusal", *decides)
+
     def save_training(self, trained: TrainedSurrogate, recipe: Recipe, key: str = "") -> None:
         """Keep a trained surrogate with its recipe, and the key of what decided the training."""
         data = trained.surrogate.to_bytes()

@@ -91,6 +91,8 @@ class Record:
         first_line: line of the first sample in the file; 0 where the file has no lines.
         clock_unit: unit of the times in the file; empty where they have none, and count as s.
         fill: up to this many missing samples in a row are to be filled; 0 for none.
+        stuck: from so many equal values in a row on, they count as missing; 0 for never, None
+            where nobody has said it.
 
     Raises:
         RecordError: the shapes do not fit.
@@ -108,6 +110,7 @@ class Record:
     first_line: int = 0
     clock_unit: str = "s"
     fill: int = 0
+    stuck: int | None = None
 
     def __post_init__(self) -> None:
         shapes = {n: v.shape for n, v in {**self.columns, **self.other_clocks}.items()}

@@ -95,6 +95,42 @@ def _steep(outside: FloatArray, resolution: float) -> bool:
     return bool((np.diff(outside) > 0).all()) and float(outside[1]) > STEEP * resolution
 
 
+STUCK = 20
+"""A sensor stands still if it gives one value for at least so many samples."""
+
+SELDOM = 0.01
+"""Elsewhere at most this part of its values equals the one before."""
+
+
+def stuck(values: FloatArray) -> tuple[int, int] | None:
+    """Return begin and end of the longest run of one value in a column that else never rests.
+
+    It is None without such a run of ``STUCK`` finite values in values of shape (N,). Measured
+    values always have some noise, and two of them are hardly ever equal: a column that often rests
+    is held, coarse, or follows a machine that stops.
+    """
+    same = np.concatenate([[False], values[1:] == values[:-1], [False]])
+    edges = np.flatnonzero(np.diff(same)).reshape(-1, 2)
+    if not len(edges):
+        return None
+    begin, end = edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist()
+    end += 1
+    elsewhere = int(same.sum()) - (end - begin - 1)
+    if end - begin < STUCK or elsewhere > SELDOM * (len(values) - (end - begin)):
+        return None
+    return begin, end
+
+
+def without_runs(values: FloatArray, least: int) -> FloatArray:
+    """Return values, (N,), with NaN in runs of at least so many equal ones."""
+    same = np.concatenate([[False], values[1:] == values[:-1], [False]])
+    left = values.copy()
+    for begin, end in np.flatnonzero(np.diff(same)).reshape(-1, 2).tolist():
+        if end + 1 - begin >= least:
+            left[begin : end + 1] = np.nan
+    return left
+
+
 @dataclass(frozen=True)
 class Quantization:
     """A Quantization is a resolution of which values are multiples.

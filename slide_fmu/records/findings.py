@@ -17,11 +17,13 @@ from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError, files_named
 from slide_fmu.records.clock import EVEN, clock_of_record, drift
 from slide_fmu.records.faults import (
+    STUCK,
     held_samples,
     missing_codes,
     outliers,
     quantization,
     saturations,
+    stuck,
 )
 from slide_fmu.records.filling import lost_rows, runs_of
 
@@ -46,9 +48,12 @@ FILL = (
 MOST_FILLED, MOST_GAPS = 10, 0.9
 """Filling is proposed if the part MOST_GAPS of the gaps lack at most MOST_FILLED samples each."""
 
+MOVING = 0.2
+"""A column moves where its deviation is above this part of that of the whole column."""
+
 OF_FILE = (
     *("gap", "uneven clock", "jitter", "far value", "held", "empty", "outlier"),
-    *("unmoved", "dead time", "set points"),
+    *("unmoved", "dead time", "set points", "stuck"),
 )
 """Kinds of findings that may pass for properties of the machine."""
 
@@ -196,6 +201,9 @@ def examine_alone(
         findings += _empty(rest, name)
         if name in outputs or _has_own_rate(rest, name):
             findings += _held(rest, name)
+        if outputs and record.stuck is None:
+            inputs = [one for one in names if one not in outputs]
+            findings += _stuck(rest, name, inputs, outputs)
     return findings
 
 
@@ -255,6 +263,51 @@ def _held(record: Record, name: str) -> list[Finding]:
     expected = "a new value at every sample"
     keys = {"fill": held.longest}
     return [Finding("held", severity, record.path, name, fault, expected, remedy, keys, step)]
+
+
+def _stuck(
+    record: Record, name: str, inputs: Sequence[str], outputs: Sequence[str]
+) -> list[Finding]:
+    """Find a sensor that stands still while the machine goes on.
+
+    Refused is an output that stays while an input moves, and the inputs that all stay while the
+    outputs move on; of several inputs, one alone may rest. An output may rest at the start.
+    """
+    run = stuck(record.columns[name])
+    if run is None:
+        return []
+    begin, end = run
+    others = [one for one in inputs if one != name]
+    moves = [one for one in others if _moves(record, one, begin, end)]
+    if name in outputs and (begin == 0 or not moves):
+        return []
+    later = (begin + end) // 2  # what came before the run is forgotten there, or nearly so
+    going_on = [one for one in outputs if _moves(record, one, later, end)]
+    if name not in outputs and not going_on:
+        return []
+    severity: Severity = "refused" if name in outputs or not moves else "remarked"
+    still = record.with_unit(name, record.columns[name][begin])
+    fault = (
+        f"it is exactly {still} at {end - begin} samples in a row from {record.place(begin)}, "
+        f"where {(moves if name in outputs else going_on)[0]!r} moves, and hardly ever has one "
+        "value twice elsewhere: its sensor stands still"
+    )
+    remedy = (
+        f"if so, say it: --read stuck={STUCK} in slide-fmu init, stuck = {STUCK} in "
+        "system.parameters of a recipe; then values count as missing from so many equal ones in a "
+        "row on. If it is right as it is: stuck = 0"
+    )
+    keys = {"stuck": STUCK}
+    expected = "a signal that moves with the others"
+    return [Finding("stuck", severity, record.path, name, fault, expected, remedy, keys)]
+
+
+def _moves(record: Record, name: str, begin: int, end: int) -> bool:
+    """Tell whether a column moves within some samples, as it does elsewhere."""
+    values = record.columns[name]
+    part, whole = values[begin:end], values[np.isfinite(values)]
+    part = part[np.isfinite(part)]
+    return len(part) > 1 and float(part.std()) > MOVING * float(whole.std())
 
 
 def _constant(records: Sequence[Record], name: str) -> list[Finding]:

@@ -12,13 +12,14 @@ import numpy as np
 from slide_fmu.record_files.reading import read_records
 from slide_fmu.record_files.record import Record, RecordError
 from slide_fmu.record_files.table import SECONDS, TextForm
+from slide_fmu.records.faults import without_runs
 from slide_fmu.records.preparation import Pairing
 from slide_fmu.systems.declared import Parameter, require_known
 
 REST = "rest"
 """The only value of the key ``start``."""
 KEYS = (
-    *("time", "time_unit", "sample_step", "pairing", "missing", "fill"),
+    *("time", "time_unit", "sample_step", "pairing", "missing", "fill", "stuck"),
     *("separator", "decimal", "header", "start"),
 )
 """Keys of ``system.parameters`` for records, as ``RecordKeys`` explains them."""
@@ -39,6 +40,8 @@ class RecordKeys:
         pairing: the output that answers an input; None where it follows from the hold of inputs.
         missing: numbers that stand for missing values.
         fill: up to this many missing samples in a row are filled; 0 for none.
+        stuck: from so many equal values in a row on, they count as missing; 0 for never, None
+            where a sensor that stands still is to be refused.
         rest: whether every file begins at rest (``start = "rest"``).
         form: how text files are written.
     """
@@ -49,6 +52,7 @@ class RecordKeys:
     pairing: Pairing | None = None
     missing: tuple[float, ...] = ()
     fill: int = 0
+    stuck: int | None = None
     rest: bool = False
     form: TextForm = GUESSED
 
@@ -63,7 +67,7 @@ class RecordKeys:
         require_known(label, parameters, KEYS)
         time, pairing = parameters.get("time"), parameters.get("pairing")
         step, fill = parameters.get("sample_step"), parameters.get("fill", 0)
-        start = parameters.get("start")
+        start, stuck = parameters.get("start"), parameters.get("stuck")
         if time is not None and not isinstance(time, str):
             raise _wrong(label, "time", time, "the name of the column of times")
         if step is not None and not (_is_number(step) and 0 < float(step) < math.inf):
@@ -76,6 +80,11 @@ class RecordKeys:
             raise _wrong(
                 label, "fill", fill, "the most missing samples in a row that are filled, a number"
             )
+        if stuck is not None and (
+            isinstance(stuck, bool) or not isinstance(stuck, int) or stuck < 0 or stuck == 1
+        ):
+            expected = "the least number of equal values in a row that count as missing, or 0"
+            raise _wrong(label, "stuck", stuck, expected)
         if start not in (None, REST):
             expected = f"{REST!r} where every file begins at rest; else remove the key"
             raise _wrong(label, "start", start, expected)
@@ -89,6 +98,7 @@ class RecordKeys:
             cast("Pairing | None", pairing),
             _numbers(parameters.get("missing", ""), label),
             fill,
+            stuck,
             start == REST,
             _form(parameters, label),
         )
@@ -110,15 +120,19 @@ class RecordKeys:
             form=self.form,
             time_unit=self.time_unit,
         )
-        return tuple(replace(self._without_codes(one), fill=self.fill) for one in records)
+        return tuple(
+            replace(self._without_missing(one), fill=self.fill, stuck=self.stuck)
+            for one in records
+        )
 
-    def _without_codes(self, record: Record) -> Record:
-        if not self.missing:
-            return record
-        columns = {
-            name: np.where(np.isin(values, self.missing), np.nan, values)
-            for name, values in record.columns.items()
-        }
+    def _without_missing(self, record: Record) -> Record:
+        """Return a record with NaN in the place of codes, and of runs of one value."""
+        columns = dict(record.columns)
+        for name, values in record.columns.items():
+            if self.missing:
+                columns[name] = np.where(np.isin(values, self.missing), np.nan, values)
+            if self.stuck:
+                columns[name] = without_runs(columns[name], self.stuck)
         return replace(record, columns=columns)
 
 

@@ -25,15 +25,15 @@ from slide_fmu.record_files.record import (
     Record,
     RecordError,
 )
-from slide_fmu.records.clock import clock_of, neat_step
+from slide_fmu.records.clock import clock_of, clock_of_record, neat_step
 from slide_fmu.records.division import By
-from slide_fmu.records.filling import filled
-from slide_fmu.records.findings import Finding, examine, messages
+from slide_fmu.records.filling import filled, runs_of
+from slide_fmu.records.findings import MOST_GAPS, Finding, examine, messages
 from slide_fmu.records.keys import REST, RecordKeys
 from slide_fmu.records.model import HOLD, PAIRINGS, recognises
 from slide_fmu.records.pairing import answer_of
 from slide_fmu.records.preparation import Pairing, longest_piece
-from slide_fmu.records.recipe_text import Mend, RecordDraft, record_recipe_text
+from slide_fmu.records.recipe_text import FEW_SAMPLES, Mend, RecordDraft, record_recipe_text
 from slide_fmu.records.repeats import connected, same_inputs
 from slide_fmu.records.rest import begins_at_rest
 from slide_fmu.records.rules import KIND
@@ -146,6 +146,10 @@ HELD = 0.5
 """Inputs count as held if more than this part of their samples equals the sample before."""
 ENOUGH = 20_000
 """Least number of samples of different inputs in records for an error estimator."""
+MANY_GAPS, MOST_LOST, SINGLY = 10, 0.05, 2
+"""Samples count as lost singly in at least so many gaps of a record, which take at most this part
+of it, and most of which have at most so many samples."""
+
 MANY = 10
 """From this number of records on, they are divided as wholes."""
 
@@ -203,9 +207,37 @@ def propose_record(options: RecordOptions) -> Proposal:
     require_name(options.name)
     try:
         records, parameters = read_chosen(options)
-        return _proposed(options, records, parameters, chosen_columns(options, records[0]))
+        names = chosen_columns(options, records[0])
+        fill = None if "fill" in options.read else _lost_singly(records, [*names[0], *names[1]])
+        if fill is None:
+            return _proposed(options, records, parameters, names)
+        options = replace(options, read={**options.read, "fill": fill})
+        records, parameters = read_chosen(options)
+        proposal = _proposed(options, records, parameters, names)
+        remark = (
+            f"samples are lost singly, so that the recipe says fill = {fill}: up to so many in a "
+            "row are filled, and count as measured. Without the key the record is cut there"
+        )
+        return replace(proposal, remarks=(remark, *proposal.remarks))
     except RecordError as error:
         raise RecipeError(str(error)) from error
+
+
+def _lost_singly(records: Sequence[Record], names: Sequence[str]) -> int | None:
+    """Return how many samples in a row are to be filled where many are lost singly, else None."""
+    lost, known = list[int](), 0
+    for record in records:
+        if not (np.diff(record.time) > 0).any() or not np.isfinite(record.time).all():
+            return None  # such a record is refused
+        clock = clock_of_record(record)
+        lost += [round(gap.length / clock.step) - 1 for gap in clock.gaps]
+        missing = np.any(~np.isfinite(record.chosen(tuple(names))), axis=1)
+        lost += [end - begin for begin, end in runs_of(np.asarray(missing))]
+        known += len(record.time)
+    if len(lost) < MANY_GAPS * len(records) or sum(lost) > MOST_LOST * known:
+        return None
+    usual = math.ceil(np.quantile(lost, MOST_GAPS))
+    return usual if 0 < usual <= SINGLY else None
 
 
 def _proposed(
@@ -297,7 +329,7 @@ def _draft(
         tuple(Path(os.path.relpath(path, options.folder)).as_posix() for path in options.paths),
         by,
         by_origin,
-        whole and different >= ENOUGH,
+        None if whole and different >= ENOUGH else FEW_SAMPLES,
         parameters,
     )
     return draft, remarks

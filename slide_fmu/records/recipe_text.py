@@ -41,7 +41,7 @@ class RecordDraft(Draft):
         paths: the files, at least one.
         by: how the records are divided.
         by_origin: the reason for this division.
-        estimates: whether the recipe has an error estimator.
+        no_estimate: why the recipe has no error estimator; None where it has one.
         parameters: the keys of ``system.parameters``.
         remaining_amplitude: amplitude of initial effects that the window leaves.
         mend: what would have to change first; None where nothing has to.
@@ -50,7 +50,7 @@ class RecordDraft(Draft):
     paths: Sequence[str]
     by: Literal["block", "each", "record"]
     by_origin: str
-    estimates: bool
+    no_estimate: str | None
     parameters: dict[str, Parameter] = field(default_factory=dict)
     remaining_amplitude: float = 1e-3
     mend: Mend | None = None
@@ -79,7 +79,7 @@ def record_recipe_text(draft: RecordDraft) -> str:
         *_window_lines(draft),
         *_data_lines(draft),
         *_NETWORK,
-        *_estimator_lines(draft.estimates),
+        *_estimator_lines(draft.no_estimate),
     ]
     return "\n".join(lines)
 
@@ -146,12 +146,23 @@ def _data_lines(draft: RecordDraft) -> list[str]:
     ]
 
 
-def _estimator_lines(estimates: bool) -> list[str]:
+FEW_SAMPLES = (
+    "The FMU has no error estimate: that needs more samples than there are here, with inputs of "
+    "their own and all outputs. With more samples, add the table [estimator]."
+)
+LONG_MEMORY = (
+    "The FMU has no error estimate: its network would see the whole window, and take longer to "
+    "train than the FMU itself. If you have the time, add the table [estimator]."
+)
+"""Reasons why a recipe has no error estimator."""
+
+
+def _estimator_lines(no_estimate: str | None) -> list[str]:
     bound = comment_lines(
         "With a table [bound], the FMU has a bound of its error in every step. It takes samples "
         "of its own: 20 blocks that are held out, each as long as the memory of the machine."
     )
-    if estimates:
+    if no_estimate is None:
         return [
             *comment_lines("With this table, the FMU estimates its own error."),
             "[estimator]",
@@ -159,10 +170,7 @@ def _estimator_lines(estimates: bool) -> list[str]:
             "",
         ]
     return [
-        *comment_lines(
-            "The FMU has no error estimate: that needs more samples than there are here, with "
-            "inputs of their own and all outputs. With more samples, add the table [estimator]."
-        ),
+        *comment_lines(no_estimate),
         *bound,
         "",
     ]

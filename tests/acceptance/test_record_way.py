@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import fmpy
@@ -67,6 +68,28 @@ def test_fmu_that_contradicts_its_card_is_not_exported(
     assert "surrogate 'bench' is not exported: output 'travel' has a measured error of" in message
     assert "its own truncation error is" in message
     assert fmu.read_bytes() == before
+
+
+def test_surrogate_that_a_run_has_refused_is_not_exported_either(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As above, without a finished FMU; the stages are those of the run, from its folder."""
+    runs, folder = tmp_path / "runs", place / "runs/bench"
+    shutil.copytree(folder, runs / "bench")
+    (runs / "bench/bench.fmu").unlink()
+    export = ("export", place / "bench.toml", "--runs", runs, "-o", tmp_path / "bench.fmu")
+    with monkeypatch.context() as patch:
+        patch.setattr(own_memory, "CONTRACTION", 0.0)
+        patch.setattr(own_memory, "CONTRADICTS", 0.0)
+        assert invoke("run", place / "bench.toml", "--runs", runs).exit_code == 1
+    done = invoke(*export)
+    assert done.exit_code == 1
+    message = " ".join(done.output.split())
+    assert "slide-fmu run has measured and refused it: surrogate 'bench' is not" in message
+    assert "its own truncation error is" in message
+    assert not (tmp_path / "bench.fmu").exists()
+    assert invoke("run", place / "bench.toml", "--runs", runs).exit_code == 0
+    assert invoke(*export).exit_code == 0
 
 
 def test_record_that_has_changed_since_is_not_measured_on(place: Path) -> None:

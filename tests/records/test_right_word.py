@@ -37,9 +37,9 @@ def init(path: Path, step: float | None = None, **read: Parameter) -> tuple[str,
     return propose_record(RecordOptions((str(path),), inputs, step=step, read=read)).remarks
 
 
-def refusal(path: Path) -> RefusedProposalError:
+def refusal(path: Path, **read: Parameter) -> RefusedProposalError:
     with pytest.raises(RefusedProposalError) as caught:
-        init(path)
+        init(path, **read)
     assert not any(word in str(caught.value) for word in WRONG)
     assert tomllib.loads(caught.value.text)["system"]["kind"] == "record"
     return caught.value
@@ -63,7 +63,7 @@ def test_lost_rows_are_named_first_and_filled_if_wished(
     tmp_path: Path, valve: np.ndarray, level: np.ndarray
 ) -> None:
     path = write_bench(tmp_path / "a.csv", valve, level, RNG.random(SAMPLES) > 0.02)
-    error = refusal(path)
+    error = refusal(path, fill=0)
     first, last = str(error).splitlines()
     assert "gaps" in first
     assert "samples of 0.01 s are missing" in first
@@ -305,3 +305,58 @@ def test_filled_samples_lie_where_the_lost_ones_were(
     assert np.array_equal(held.columns["valve"][before], held.columns["valve"][before - 1])
     with refused(ValueError, "fill"):
         RecordKeys.of({"fill": True}, "a.csv")
+
+
+def frozen(values: np.ndarray, begin: int = 1500, count: int = 400) -> np.ndarray:
+    """Values of a sensor that stands still for a while."""
+    still = values.copy()
+    still[begin : begin + count] = values[begin]
+    return still
+
+
+@pytest.mark.parametrize("which", ["valve", "level"])
+def test_sensor_that_stands_still_is_refused_with_the_key_that_leaves_it_out(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray, which: str
+) -> None:
+    columns = {"valve": valve, "level": level}
+    columns[which] = frozen(columns[which])
+    path = write(tmp_path / "still.csv", **{"time [s]": times()}, **columns)
+    error = refusal(path)
+    assert f"column '{which}': it is exactly" in str(error)
+    assert "400 samples in a row from sample 1501 (line 1502, t = 15 s)" in str(error)
+    assert "its sensor stands still" in str(error)
+    assert "# parameters = { stuck = 20 }" in error.text
+    assert said(init(path, stuck=20), "400 of 4000 values are empty")
+    assert not said(init(path, stuck=0), "stands still")
+
+
+def test_input_that_rests_while_the_machine_comes_to_rest_is_no_fault(
+    tmp_path: Path, valve: np.ndarray
+) -> None:
+    resting = valve.copy()
+    resting[1500:2500] = 0.0
+    path = write_bench(tmp_path / "rest.csv", resting, response(resting))
+    assert not said(init(path), "stands still")
+
+
+def test_one_of_two_inputs_that_rests_is_remarked(tmp_path: Path, valve: np.ndarray) -> None:
+    other = smooth(seed=5)
+    still = frozen(other)
+    path = write(
+        tmp_path / "two.csv",
+        **{"time [s]": times(), "valve": valve, "other": still, "level": response(valve + still)},
+    )
+    options = RecordOptions((str(path),), {"valve": None, "other": None})
+    assert said(propose_record(options).remarks, "'other'", "its sensor stands still")
+
+
+def test_rows_that_are_lost_singly_are_filled_by_a_key_of_the_recipe(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    kept = np.random.default_rng(4).random(SAMPLES) > 0.02
+    path = write_bench(tmp_path / "lost.csv", valve, level, kept)
+    options = RecordOptions((str(path),), {"valve": None})
+    proposal = propose_record(options)
+    assert tomllib.loads(proposal.text)["system"]["parameters"]["fill"] in (1, 2)
+    assert said(proposal.remarks, "samples are lost singly", "fill = ")
+    assert "the record is cut there into pieces" in str(refusal(path, fill=0))

@@ -13,6 +13,10 @@ from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 GAP = 1.5
 """Samples with a distance of more than this many steps have a gap between them."""
 
+OFF_WHOLE, UNEVEN = 0.25, 0.1
+"""A clock is uneven if more than the second part of its distances are off whole steps by more than
+the first. Its gaps are distances of more than ``GAP`` times what nineteen in twenty have."""
+
 EVEN = 0.01
 """Times whose jitter is below this part of the step count as even."""
 
@@ -95,6 +99,10 @@ def clock_of(time: FloatArray, place: Callable[[int], str] = _numbered) -> Clock
     gaps = tuple(Gap(int(sample), float(differences[sample])) for sample in behind)
     falls = tuple(int(k) + 1 for k in np.flatnonzero(differences < 0))
     repeats = tuple(int(k) + 1 for k in np.flatnonzero(differences == 0))
+    off_whole = np.abs(rising / step - np.maximum(1, np.round(rising / step))) > OFF_WHOLE
+    if np.mean(off_whole) > UNEVEN:  # no sample is lost where distances differ throughout
+        widest = GAP * float(np.quantile(rising, 0.95))
+        gaps = tuple(gap for gap in gaps if gap.length > widest)
     rough = Clock(step, 0.0, gaps, falls, repeats)
     fine = replace(rough, step=step if falls else _slope(time, rough))
     return replace(fine, jitter=_jitter(time, fine))

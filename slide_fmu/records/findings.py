@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError, files_named
-from slide_fmu.records.clock import EVEN, clock_of_record, drift
+from slide_fmu.record_files.table import SECONDS
+from slide_fmu.records.clock import EVEN, OFF_WHOLE, UNEVEN, clock_of_record, drift
+from slide_fmu.records.clock_faults import (
+    ClockFault,
+    bursts,
+    slower_from,
+    why_it_falls,
+    why_it_repeats,
+)
 from slide_fmu.records.faults import (
     STUCK,
     held_samples,
@@ -35,9 +43,6 @@ COARSE = 1e-3
 
 LOST = 0.5
 """Clocks that drift apart by more than this part of a step over the record count as two."""
-
-UNEVEN = 0.1
-"""A clock is uneven if more than this part of its distances are off whole steps by a quarter."""
 
 FILL = (
     "--read fill=N in slide-fmu init, fill = N in system.parameters of a recipe, fills up to N "
@@ -188,8 +193,10 @@ def examine_alone(
     clock = record.clock or ""
     findings = BROKEN_TIME.applied(record, clock)
     if not findings:
+        order = _out_of_order(record)
+        findings += order
         findings += [one for rule in TIME_RULES for one in rule.applied(record, clock)]
-        findings += _gaps(record)
+        findings += [] if order else _gaps(record)
         findings += [
             one for name in record.other_clocks for one in TWO_CLOCKS.applied(record, name)
         ]
@@ -337,8 +344,15 @@ def _broken_times(record: Record, column: str) -> Iterable[str]:
                 sample, what = text.sample, f"has the text {text.value!r}"
         line = f" (line {record.first_line + sample})" if record.first_line else ""
         yield f"the time {what} at sample {sample + 1}{line}, {len(broken)} times in all"
+    elif (np.diff(record.time) < 0).all():
+        ends = f"from {record.time[0]:.6g} to {record.time[-1]:.6g} s"
+        yield f"the time never rises, and falls throughout, {ends}: the rows are in reverse order"
     elif not (np.diff(record.time) > 0).any():
-        yield f"the time never rises: {record.time[0]:.6g} s at all {len(record.time)} samples"
+        yield (
+            f"the time never rises: it begins at {record.time[0]:.6g} s and ends at "
+            f"{record.time[-1]:.6g} s after {len(record.time)} samples: a clock that stands, or "
+            "has too few digits"
+        )
 
 
 def _times_without_unit(record: Record, column: str) -> Iterable[str]:
@@ -347,20 +361,47 @@ def _times_without_unit(record: Record, column: str) -> Iterable[str]:
         yield f"the times have no unit, and count as s: the record takes {duration:.6g} s"
 
 
-def _falling_times(record: Record, _: str) -> Iterable[str]:
-    falls = clock_of_record(record).falls
-    if falls:
-        by = record.time[falls[0] - 1] - record.time[falls[0]]
-        yield (
-            f"the time falls back by {by:.6g} s at {record.place(falls[0])}, {len(falls)} times "
-            "in all"
+def _out_of_order(record: Record) -> list[Finding]:
+    """Refuse times that fall back, repeat, or are those at which packets of samples arrive."""
+    clock, findings = clock_of_record(record), list[Finding]()
+    unit = SECONDS.get(record.clock_unit, 1.0)
+    if clock.falls:
+        by = record.time[clock.falls[0] - 1] - record.time[clock.falls[0]]
+        fault = why_it_falls(record.time, clock, unit)
+        said = (
+            f"the time falls back by {by:.6g} s at {record.place(clock.falls[0])}, "
+            f"{len(clock.falls)} times in all; {fault.found}"
         )
+        usual = "cut the file there into several records, or "
+        findings.append(_of_clock(record, "time falls back", said, fault, usual))
+    if clock.repeats:
+        said = (
+            f"the time stays the same at {record.place(clock.repeats[0])}, {len(clock.repeats)} "
+            "times in all"
+        )
+        coarse = why_it_repeats(record.time)
+        if coarse is not None:
+            said = f"{said}; {coarse.found}"
+        fault = coarse or ClockFault(
+            said, "times that rise", "remove samples that are there twice"
+        )
+        findings.append(_of_clock(record, "time repeats", said, fault))
+    packets = bursts(record.time, clock)
+    if packets is not None:
+        findings.append(_of_clock(record, "bursts", packets.found, packets))
+    return findings
 
 
-def _repeated_times(record: Record, _: str) -> Iterable[str]:
-    repeats = clock_of_record(record).repeats
-    if repeats:
-        yield f"the time stays the same at {record.place(repeats[0])}, {len(repeats)} times in all"
+def _of_clock(
+    record: Record, kind: str, found: str, fault: ClockFault, usual: str = ""
+) -> Finding:
+    """Return the finding of a fault of the clock, with the step as its key if that is known."""
+    step = None if fault.step is None else float(f"{fault.step:.6g}")
+    known = f", here {step:g}" if step is not None else ""
+    remedy = fault.remedy or f"{usual}{GIVE_STEP}{known}"
+    keys = {} if step is None else {"sample_step": step}
+    about = record.path, record.clock or "", found, fault.expected, remedy
+    return Finding(kind, "refused", *about, keys, step)
 
 
 def _gaps(record: Record) -> list[Finding]:
@@ -378,6 +419,10 @@ def _gaps(record: Record) -> list[Finding]:
         f"{record.place(longest.sample)}, and the longest piece between gaps has "
         f"{clock.longest(len(record.time))} of {len(record.time)} samples"
     )
+    slower = slower_from([gap.sample for gap in gaps], lost)
+    if slower is not None:
+        sample, times = slower
+        fault = f"{fault}; from {record.place(sample)} on, it has {times} times the step"
     more, keys = _filling(lost)
     remedy = f"the record is cut there into pieces{more}"
     about = record.path, record.clock or ""
@@ -402,7 +447,7 @@ def _filled(record: Record, _: str) -> Iterable[str]:
 def _uneven(record: Record, _: str) -> Iterable[str]:
     clock = clock_of_record(record)
     steps = np.diff(record.time) / clock.step
-    if np.mean(np.abs(steps - np.maximum(1, np.round(steps))) > 0.25) > UNEVEN:
+    if np.mean(np.abs(steps - np.maximum(1, np.round(steps))) > OFF_WHOLE) > UNEVEN:
         low, middle, high = np.quantile(np.diff(record.time), (0.05, 0.5, 0.95))
         yield (
             f"samples are {low:.3g} s to {high:.3g} s apart (nine in ten; the median is "
@@ -524,20 +569,6 @@ TIME_WITHOUT_UNIT = Rule(
 """The rule about times of which 10 may be 10 ms; only the first such file is named."""
 
 TIME_RULES = (
-    Rule(
-        "time falls back",
-        _falling_times,
-        "times that rise",
-        f"cut the file there into several records, or {GIVE_STEP}",
-        refuses=True,
-    ),
-    Rule(
-        "time repeats",
-        _repeated_times,
-        "times that rise",
-        f"remove samples that are there twice; if the clock is too coarse, {GIVE_STEP}",
-        refuses=True,
-    ),
     Rule("filled", _filled, "no lost samples", "these count as measured"),
     Rule(
         "uneven clock",

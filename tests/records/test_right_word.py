@@ -182,13 +182,14 @@ def test_longest_window_that_fits_is_proposed_with_its_price(
     assert "# remaining_amplitude = 0.5" in error.text
 
 
-def test_clock_without_a_rate_is_named(
+def test_clock_without_a_rate_is_remarked(
     tmp_path: Path, valve: np.ndarray, level: np.ndarray
 ) -> None:
     time = np.cumsum(STEP * RNG.uniform(0.2, 3.0, SAMPLES))
     columns = {"time": time, "valve": valve, "level": level}
-    error = refusal(write(tmp_path / "a.csv", **columns))
-    assert "(nine in ten; the median is" in str(error)
+    remarks = init(write(tmp_path / "a.csv", **columns))
+    assert said(remarks, "(nine in ten; the median is")
+    assert not said(remarks, "cut into")
 
 
 def test_refused_init_writes_its_recipe_and_exits_with_an_error(

@@ -209,8 +209,10 @@ def require_same_answers(fmu: Path) -> None:
     problems = wide_differences(fmu)
     if problems:
         raise CoSimulationError(
-            f"{fmu.stem}: {'; '.join(problems)}. No FMU is written. Run the same command again; "
-            "if it fails again, it is a defect of slide-fmu: please report it with the recipe"
+            f"{fmu.stem}: {'; '.join(problems)}. No FMU is written. Where the network magnifies "
+            "rounding, it has learnt from inputs that are too smooth: measure or draw rougher "
+            "ones too, or set fewer states (network.order). Else run the same command again; if "
+            "it fails again, it is a defect of slide-fmu: please report it with the recipe"
         )
 
 

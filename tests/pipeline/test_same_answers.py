@@ -13,8 +13,9 @@ from slide_fmu.cosim import check
 from slide_fmu.cosim.whole_run import Run, run_fmu
 from slide_fmu.fmu.export import export_fmu
 from slide_fmu.importer.errors import CoSimulationError
+from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.pipeline.run import require_same_answers
-from tests.fmu.samples import random_surrogate
+from tests.fmu.samples import CellShape, random_surrogate
 from tests.fmu.small_shapes import CELLS
 from tests.refusals import refused
 
@@ -58,4 +59,23 @@ def test_library_that_fails_is_told(fmu: Path, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(check, "run_fmu", fail)
     with refused(CoSimulationError, "library failed"):
+        require_same_answers(fmu)
+
+
+def test_network_that_magnifies_rounding_is_told_as_the_cause(tmp_path: Path) -> None:
+    """Its states are large, and all but cancel each other in the output."""
+    surrogate = random_surrogate(replace(CELLS, positions=0, cell=CellShape(2, 3)))
+    network = surrogate.network
+    assert isinstance(network, StateSpace)
+    cell = network.cell
+    alike = replace(
+        cell,
+        a=np.array([[0.9, 0.0], [0.0, 0.9000002]], np.float32),
+        b=np.repeat(cell.b[:1], 2, axis=0),
+        e=np.zeros_like(cell.e),
+        c=np.array([[1.0, -1.0]], np.float32) * np.float32(1e7),
+    )
+    other = StateSpace(alike, network.n_samples, network.n_out, network.features, network.roles)
+    fmu = export_fmu(replace(surrogate, network=other), tmp_path / "alike.fmu")
+    with refused(CoSimulationError, "since the network magnifies rounding", "fewer states"):
         require_same_answers(fmu)

@@ -234,12 +234,16 @@ class _Fits:
     def surrogate(self, train: float, least: bool) -> float:
         """Return the least or the largest time in s of the surrogate's fit, with its search.
 
-        A network of given sizes has no search.
+        A network of given sizes has no search. A record of a linear machine takes the least time.
         """
         training, network = self.recipe.training, self.recipe.network
         if not isinstance(training, LeastSquaresRecipe):
             return STEP_OF_HEAD * training.steps
         assert isinstance(network, StateSpaceRecipe)
+        if least and self.states is not None and network.hidden == "auto":
+            # a linear machine needs no hidden units
+            refined = ENDS_EARLY * training.iterations * self.iteration(train, linear=self.states)
+            return refined + self._states_found(train, least)
         last = self._last(training, train, least) + self._states_found(train, least)
         if network.hidden != "auto" and network.order != "auto":
             starts = training.search_iterations(training.starts, training.expert.kept)

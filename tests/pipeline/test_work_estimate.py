@@ -43,8 +43,8 @@ def test_records_of_many_states_take_the_time_of_their_linear_models_too() -> No
         estimated_work(one.guess, one.open_keys, 0.0, SIGNALS, states)[TRAINING]
         for states in (4, 28)
     )
-    assert many.low > 10 * few.low
-    assert many.high > many.low
+    assert many.low > few.low  # linear machines need no hidden units
+    assert many.high > 10 * few.high
     sizes = {"network": {"order": 4, "hidden": 8}, "data": {"duration": 8.0}}
     known = tiny_state_space_recipe(**sizes)
     both = [estimated_work(known, (), 0.0, SIGNALS, states)[TRAINING] for states in (None, 28)]

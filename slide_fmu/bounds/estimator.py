@@ -147,6 +147,10 @@ def likelihood(log_error: LogError, resolution: float, n_outputs: int) -> Object
     return Objective(loss, lambda value: math.exp(min(value, 80.0) - 0.5))
 
 
+class NothingToEstimateError(ValueError):
+    """A surrogate makes no error above the resolution of its error estimator."""
+
+
 def fit_estimator(
     surrogate: Surrogate,
     offered: FeatureOffer,
@@ -165,8 +169,9 @@ def fit_estimator(
 
     Raises:
         TrainingError: the training diverged, or a checkpoint cannot be read.
-        ValueError: the surrogate makes no error above the resolution, or signs are to be flipped
-            of features that do not change their sign with the inputs.
+        NothingToEstimateError: the surrogate makes no error above the resolution.
+        ValueError: signs are to be flipped of features that do not change their sign with the
+            inputs.
     """
     errors = _errors_along(surrogate, offered, splits, recipe, device)
     log_error, step, n_outputs = errors.log_error, surrogate.window.step, len(surrogate.outputs)
@@ -321,8 +326,9 @@ def _log_error(errors: FloatArray, resolution: float) -> LogError:
     """Return the map whose range covers all errors above the resolution."""
     largest = float(np.max(errors))
     if largest <= resolution:
-        raise ValueError(
-            f"largest relative error of the surrogate is {largest:.2g}, below "
-            f"estimator.expert.resolution = {resolution:.2g}; lower the resolution"
+        raise NothingToEstimateError(
+            f"the FMU has no error estimate, since the largest relative error of the surrogate is "
+            f"{largest:.2g}, below estimator.expert.resolution = {resolution:.2g}: lower the "
+            "resolution, if such small errors matter"
         )
     return LogError(math.log10(resolution), math.log10(largest) + HEADROOM)

@@ -8,7 +8,7 @@ from functools import partial
 from slide_fmu.bounds.companion import COMPANION, Attempt, Companion
 from slide_fmu.bounds.error_bound import BOUND, fit_bound
 from slide_fmu.bounds.estimate_use import useless_estimate
-from slide_fmu.bounds.estimator import fit_estimator
+from slide_fmu.bounds.estimator import NothingToEstimateError, fit_estimator
 from slide_fmu.bounds.input_forecast import fit_forecast
 from slide_fmu.data.trajectories import Split
 from slide_fmu.fitting.checkpoint import checkpoint_key
@@ -89,7 +89,10 @@ def _with_remark(histories: dict[str, History], remark: str | None) -> dict[str,
 
 
 def _with_estimator(work: Work, fit: Fit) -> Fit:
-    """Fit the error estimator of a surrogate; omit it if a constant estimates as well."""
+    """Fit the error estimator of a surrogate.
+
+    It is omitted if a constant estimates as well, or if there are no errors that matter.
+    """
     recipe, surrogate = work.recipe.estimator, fit.surrogate
     assert recipe is not None
     learnt, validation = work.splits("estimator", OF_ESTIMATOR)
@@ -100,9 +103,15 @@ def _with_estimator(work: Work, fit: Fit) -> Fit:
         recipe.model_dump(mode="json"),
     )
     place = work.checkpoints / f"estimator-{key}.pt"
-    estimator, more = fit_estimator(
-        surrogate, work.offered, (learnt, validation), recipe, place, work.device, work.progress
-    )
+    splits = learnt, validation
+    try:
+        estimator, more = fit_estimator(
+            surrogate, work.offered, splits, recipe, place, work.device, work.progress
+        )
+    except NothingToEstimateError as error:
+        *_, (last, history) = fit.histories.items()
+        told = "; ".join(text for text in (history.remark, str(error)) if text is not None)
+        return replace(fit, histories={**fit.histories, last: replace(history, remark=told)})
     with_estimator = replace(surrogate, estimator=estimator)
     useless = useless_estimate(with_estimator, _in_range(work.recipe, validation))
     histories = fit.histories | _with_remark(more, useless)

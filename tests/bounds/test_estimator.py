@@ -12,6 +12,7 @@ import torch
 
 from slide_fmu.bounds.estimator import (
     EstimatorModule,
+    NothingToEstimateError,
     _ranges,
     block_errors,
     fit_estimator,
@@ -219,7 +220,7 @@ def test_range_of_the_map_is_resolution_to_largest_error(tmp_path: Path) -> None
 def test_surrogate_without_errors_has_nothing_to_estimate(tmp_path: Path) -> None:
     surrogate = random_surrogate(Shape(block=False))
     split = split_of(surrogate, lambda given, rng: 1e-9 * given, 2, 30, 0)
-    with refused(ValueError, "below estimator.expert.resolution = 0.001; lower"):
+    with refused(NothingToEstimateError, "below estimator.expert.resolution = 0.001: lower"):
         fit_estimator(
             surrogate,
             Still(1).offered(surrogate.input_scaling),

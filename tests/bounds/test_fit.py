@@ -122,6 +122,21 @@ def test_surrogate_does_not_depend_on_its_estimator(fit: Fit, folder: Path) -> N
     assert np.array_equal(other.surrogate.predict(inputs), fit.surrogate.predict(inputs))
 
 
+def test_surrogate_whose_errors_do_not_matter_gets_no_estimator_and_a_remark(
+    fit: Fit, folder: Path
+) -> None:
+    assert LEARNING.estimator is not None
+    coarse = LEARNING.estimator.expert.model_copy(update={"resolution": 10.0})
+    estimator = LEARNING.estimator.model_copy(update={"expert": coarse})
+    recipe = LEARNING.model_copy(update={"estimator": estimator})
+    exact = fitted(recipe, folder / "trajectories", folder / "checkpoints")
+    assert exact.surrogate.to_bytes() == fit.surrogate.to_bytes()
+    assert exact.histories.keys() == {"surrogate"}
+    remark = exact.histories["surrogate"].remark
+    assert remark is not None
+    assert "has no error estimate, since the largest relative error of the surrogate is" in remark
+
+
 def test_finished_fit_is_found_again_and_another_recipe_is_not(fit: Fit, folder: Path) -> None:
     again = fitted(LEARNING, folder / "trajectories", folder / "checkpoints")
     assert again.surrogate.to_bytes() == fit.surrogate.to_bytes()

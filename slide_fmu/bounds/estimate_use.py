@@ -75,8 +75,7 @@ def _some_of(split: Split, most: int) -> Split:
     """Return trajectories from all over a split; those of a record file stand together in it."""
     count = len(split.inputs)
     chosen = np.linspace(0, count - 1, min(most, count)).round().astype(np.int64)
-    parameters = None if split.parameters is None else split.parameters[chosen]
-    return Split(split.inputs[chosen], split.outputs[chosen], split.kinds[chosen], parameters)
+    return split.chosen(chosen)
 
 
 def _estimates(surrogate: Surrogate, split: Split, given: FloatArray) -> FloatArray:

@@ -123,8 +123,7 @@ def _in_range(recipe: Recipe, split: Split) -> Split:
     assert recipe.estimator is not None
     beyond = partial(rules_of(recipe).draws_beyond, recipe.estimator)
     kept = [i for i in range(len(split.inputs)) if not beyond(i)]
-    parts = {name: values[kept] for name, values in vars(split).items() if values is not None}
-    return Split(**parts) if kept else split
+    return split.chosen(kept) if kept else split
 
 
 def _with_bound(work: Work, fit: Fit, attempt: Attempt) -> Fit:

@@ -57,7 +57,7 @@ from slide_fmu.data.parameter_draws import (
 from slide_fmu.data.pool import as_done
 from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.recipe.case import Case
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import ShowingStates, System
 from slide_fmu.systems.errors import SimulationError
 from slide_fmu.systems.simulation import simulate_motions
 
@@ -350,7 +350,11 @@ def _failed(tries: Sequence[Try]) -> list[Try]:
             following.append(one.fail(error, None))
     case = tries[0].trajectories.case
     motions, systems = [drawn.motion for *_, drawn in ready], [driven for _, driven, _ in ready]
-    answers = simulate_motions(case.system, motions, systems, case.recipe.parameters)
+    system = case.system
+    if isinstance(system, ShowingStates) and not case.recipe.parameters:
+        system = system.showing_states()
+        systems = [system] * len(motions)
+    answers = simulate_motions(system, motions, systems, case.recipe.parameters)
     for (one, driven, drawn), answer in zip(ready, answers, strict=True):
         if isinstance(answer, SimulationError):
             following.append(one.fail(answer, drawn.inputs))

@@ -27,8 +27,12 @@ from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import FURTHER, SPLITS, Recipe
 
-DRAWS = 2
-"""This number rises when the same values of a recipe draw other motions."""
+DRAWS = 3
+"""This number rises when the same values of a recipe draw other motions, or more is kept of them.
+"""
+
+WITH_STATES = ("train", "validation", "companion")
+"""Splits whose trajectories have the states of the system, if it offers them."""
 
 AGAIN = "generate again (slide-fmu generate RECIPE), which makes it alone"
 """The remedy for a damaged trajectory."""
@@ -53,12 +57,20 @@ class Split:
             shape (n_trajectories,).
         parameters: values of each trajectory's physical parameters, in their units, shape
             (n_trajectories, n_parameters); None without parameters.
+        states: states of the system at the outputs, in their units, shape (n_trajectories, N + 1,
+            n_states); None if the system does not show them.
     """
 
     inputs: FloatArray
     outputs: FloatArray
     kinds: NDArray[np.int64]
     parameters: FloatArray | None = None
+    states: FloatArray | None = None
+
+    def chosen(self, numbers: Sequence[int] | NDArray[np.int64] | slice) -> Split:
+        """Return the split of these trajectories, by their numbers."""
+        parts = {name: part[numbers] for name, part in vars(self).items() if part is not None}
+        return Split(**parts)
 
 
 @final
@@ -151,15 +163,21 @@ class Trajectories:
     ) -> None:
         """Write a trajectory; ``kind`` and the parameters, (n_parameters,), are as in ``Split``.
 
+        Columns of outputs behind those of the source are states.
+
         Raises:
             FullDiskError: the disk is full.
             OSError: the file cannot be written.
         """
+        count = len(self.case.source.outputs)
         arrays = {
             "inputs": trajectory.inputs,
-            "outputs": trajectory.outputs,
+            "outputs": trajectory.outputs[:, :count],
             "kind": np.array(kind, dtype=np.int64),
         }
+        states = trajectory.outputs[:, count:]
+        if states.shape[1] and split in WITH_STATES:
+            arrays["states"] = states
         if parameters is not None:
             arrays["parameters"] = parameters
         self.file(split, index).write_arrays(arrays)
@@ -191,6 +209,7 @@ class Trajectories:
             stacked("outputs", samples + 1, len(source.outputs)),
             np.array([int(arrays["kind"]) for arrays in there], dtype=np.int64),
             stacked("parameters", len(recipe.parameters)) if recipe.parameters else None,
+            _states([arrays.get("states") for arrays in there]),
         )
 
     def _lacking(self, split: str, missing: int, count: int) -> TrajectoryError:
@@ -207,6 +226,12 @@ def _stacked(arrays: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArray
     for row, values in enumerate(arrays):
         stack[row] = values
     return stack
+
+
+def _states(of_each: Sequence[FloatArray | None]) -> FloatArray | None:
+    """Stack the states of trajectories; None where the system does not show them."""
+    there = [states for states in of_each if states is not None]
+    return np.stack(there) if there and len(there) == len(of_each) else None
 
 
 def drawn_splits(recipe: Recipe) -> list[str]:

@@ -215,7 +215,7 @@ def _try(
 
 def _first(split: Split) -> Split:
     count = -(-SAMPLES // split.inputs.shape[1])
-    return Split(split.inputs[:count], split.outputs[:count], split.kinds[:count])
+    return split.chosen(slice(count))
 
 
 def _scaling(split: Split) -> Affine:

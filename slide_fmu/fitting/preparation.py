@@ -164,6 +164,7 @@ class FitPreparation:
             _physical(work.case, splits),
             scales.noise,
             work.case.source.sampled_only,
+            _states(splits),
         )
 
     def _data_of(self, split: Split) -> FeatureData:
@@ -264,6 +265,12 @@ def _physical(case: Case, splits: Sequence[Split]) -> Physical | None:
     known = [values for values in of_corners if values is not None]
     eigenvalues = np.concatenate(known) if known and len(known) == len(of_corners) else None
     return Physical(basis, training, validation, beyond[0] if beyond else None, eigenvalues)
+
+
+def _states(splits: Sequence[Split]) -> tuple[FloatArray, FloatArray] | None:
+    """Return the states of the trajectories for training and for validation, if both are known."""
+    training, validation = splits[0].states, splits[1].states
+    return None if training is None or validation is None else (training, validation)
 
 
 def require_chosen_features(recipe: Recipe, offered: FeatureOffer, n_outputs: int) -> None:

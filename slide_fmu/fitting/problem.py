@@ -92,6 +92,9 @@ class Problem:
         physical: the physical parameters that the weights must follow; None if there are none.
         noise: samples of the outputs' noise in scaled units, (N, n_outputs) each, whose spectrum
             weights the residuals; None if it is not known.
+        states: states of the system at the outputs of the training trajectories, in their units,
+            shape (n_trajectories, N + 1, n_states), and those of the validation; None if they are
+            not known.
         measured: whether the trajectories were cut out of measured records, in the order of time.
         sized: is called with the table of the network as soon as its sizes are known, if that is
             before the last run of the fit; whoever waits for the sizes can go on then.
@@ -108,6 +111,7 @@ class Problem:
     physical: Physical | None = None
     noise: tuple[FloatArray, ...] | None = None
     measured: bool = False
+    states: tuple[FloatArray, FloatArray] | None = None
     sized: Sized = _nobody_waits
 
 

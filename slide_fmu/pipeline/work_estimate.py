@@ -19,8 +19,12 @@ from slide_fmu.fitting.state_space.amounts import (
     MORE_SHOWN,
     MOST_OF_LINEAR,
     MOST_OF_STARTS,
+    OF_OUTPUTS,
+    OF_STATES,
     PER_PARAMETER,
+    SAMPLES_PER_PARAMETER,
     SEGMENT,
+    SPAN,
     THINNEST,
     halving_orders,
 )
@@ -28,8 +32,8 @@ from slide_fmu.pipeline.numbers import (
     FIRST,
     MOST,
     VALIDATION,
-    cheap,
     numbers_of_bound,
+    without_curve,
 )
 from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
 from slide_fmu.recipe.recipe import OF_BOUND, SPLITS, Recipe
@@ -97,9 +101,9 @@ def estimated_work(
         states: number of states that a linear fit of records has; None of a model.
     """
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
-    is_open, is_cheap = "data.train" in open_keys and states is None, cheap(of_simulated)
-    known = MOST if is_open and is_cheap else recipe.data.train
-    found = is_open and not is_cheap
+    is_open, known = "data.train" in open_keys and states is None, recipe.data.train
+    given = without_curve(recipe, of_simulated) if is_open else known
+    known, found = given or known, given is None
     train = Span(FIRST, MOST) if found else Span(known, known)
     fits = _Fits(recipe, *n_signals, states)
     work = {
@@ -244,6 +248,8 @@ class _Fits:
             # a linear machine needs no hidden units
             refined = ENDS_EARLY * training.iterations * self.iteration(train, linear=self.states)
             return refined + self._states_found(train, least)
+        if self.recipe.begins_at_states():
+            return self._from_states(training.iterations, least)
         last = self._last(training, train, least) + self._states_found(train, least)
         if network.hidden != "auto" and network.order != "auto":
             starts = training.search_iterations(training.starts, training.expert.kept)
@@ -273,10 +279,30 @@ class _Fits:
         if bound is None or not isinstance(training, LeastSquaresRecipe):
             return 0.0
         own = bound.expert.companion.of_training(training, 0)
+        if self.recipe.begins_at_states():
+            return self._from_states(own.iterations, least)
         starts = own.search_iterations(own.starts, min(own.starts, own.expert.kept))
         units = SIZES[0 if least else -1]
         of_starts = starts * self.iteration(train, units, start=True)
         return of_starts + self._last(own, train, least)
+
+    def _from_states(self, iterations: int, least: bool) -> float:
+        """Return the time in s of a fit that begins at known states, of 16 units or also of 32."""
+        sizes = SIZES[:1] if least else SIZES
+        count = OF_STATES + OF_OUTPUTS + iterations
+        ends = ENDS_EARLY if least else 1.0
+        return ends * count * sum(self._of_spans(units) for units in sizes)
+
+    def _of_spans(self, units: int) -> float:
+        """Return the time in s of an iteration over spans from known states, with its judging."""
+        window, order = self.recipe.window, STATES
+        dynamic = order * (order + self.n_inputs + units) + units * (order + self.n_inputs + 1)
+        weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
+        samples = SAMPLES_PER_PARAMETER * weights
+        summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic)
+        judged = 2 * window.n_in - window.n_out
+        run = 2 * order * order * dynamic
+        return samples * (run + summed) / OPERATIONS + (judged + SPAN) * OF_SAMPLE
 
     def _last(self, training: LeastSquaresRecipe, train: float, least: bool) -> float:
         """Return the time in s of the last run of a fit, on all data."""

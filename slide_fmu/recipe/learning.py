@@ -145,6 +145,13 @@ class StateSpaceRecipe(Table):
     turned_pairs: int = Field(default=0, ge=0)
     parameter_degree: int = Field(default=2, ge=1, le=8)
 
+    @property
+    def may_have_states_of_the_system(self) -> bool:
+        """Whether the network can have the states of its system, where these are known."""
+        special = self.gated or self.schedule or self.readout or self.turned_pairs
+        plain = self.units in ("tanh", "auto") and self.bias and self.substeps == 1
+        return plain and not special
+
     @field_validator("drive", mode="before")
     @classmethod
     def _auto_is_none(cls, value: Any) -> Any:

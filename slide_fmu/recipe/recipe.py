@@ -266,6 +266,18 @@ class Recipe(Table):
             return 0
         return self.bound.expert.further or max(2, self.data.bound // 2)
 
+    def begins_at_states(self) -> bool:
+        """Tell whether the network is fitted from states that the system shows.
+
+        The states of functions are known; the order of the network is open then, and follows.
+        """
+        network = self.network
+        if not isinstance(network, StateSpaceRecipe) or self.system.kind != "function":
+            return False
+        anew = getattr(self.training, "start", None) is None
+        free = network.order == "auto" and network.may_have_states_of_the_system
+        return free and anew and not self.parameters and not self.data.beyond
+
     def trainings(self) -> tuple[TrainingTable, ...]:
         """Return all trainings of the recipe: of the surrogate, then of its error estimator."""
         if self.estimator is None:

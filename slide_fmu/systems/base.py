@@ -350,6 +350,18 @@ class Batching(Bending):
         """
 
 
+class ShowingStates(System):
+    """A system offers its states as further outputs, so that a fit can begin at any sample."""
+
+    @abc.abstractmethod
+    def showing_states(self) -> System:
+        """Return the same system with its states behind its outputs.
+
+        States on which no output depends, as the angle of a wheel that only rolls on, are left
+        out: nothing need be forgotten of them.
+        """
+
+
 class RandomStates(Restorable):
     """A system with RandomStates draws initial states, so that no motion to lead in is needed."""
 

@@ -18,6 +18,14 @@ LONG_BURN_IN, FORGOTTEN_BY_STARTS = 512, 0.6
 """Starts have a shorter burn-in than the window truncates, if that is more than the first number
 of samples: this part of it, after which less than a hundredth is left of where a cell began."""
 
+SPAN, LATER_SPANS = 50, (150, 400)
+"""Length, in samples, of the spans from known states in which all states count, and of those in
+which outputs do."""
+SAMPLES_PER_PARAMETER = 150
+"""Number of samples in such spans for each parameter."""
+OF_STATES, OF_OUTPUTS = 30, 30
+"""Largest number of iterations of a fit to states, and of the first one to outputs."""
+
 MOST_OF_VALIDATION = 200_000
 """Largest number of residuals that select the parameters."""
 

@@ -171,14 +171,18 @@ def simulate(
     theta: torch.Tensor,
     features: torch.Tensor,
     phi: torch.Tensor | None = None,
+    initial: torch.Tensor | None = None,
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Run the cell at theta, (n_parameters,), from zero state over features, (samples, B, q).
+    """Run the cell at theta, (n_parameters,), over features, (samples, B, q).
+
+    It begins at the states ``initial``, (B, n_states), or at zero.
 
     The samples are the first axis, so that each sample is contiguous in memory. The outputs
     (samples, B, n_outputs) and the states (samples, B, n_states) are one step after the feature of
     their row. For cells with physical parameters, phi has the values of the terms, (B, terms).
     """
     cell, inputs = shape.split(shape.weights(theta, phi)), ByRole.of(shape.roles, features)
-    rest = features.new_zeros(features.shape[1], shape.n_states)
-    states = Equations(cell, inputs, shape.turned, torch).run(rest)
+    if initial is None:
+        initial = features.new_zeros(features.shape[1], shape.n_states)
+    states = Equations(cell, inputs, shape.turned, torch).run(initial)
     return outputs(cell, states, inputs), states

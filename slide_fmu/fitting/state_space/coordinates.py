@@ -120,8 +120,8 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torc
     for state in range(n, wide) if generator else ():
         a[state, state] = PAD_POLE
         b[state, (state - n) % q] = PAD_GAIN  # the features alternate
-    w = _random(new.shapes["w"], generator).to(a)
-    v = _random(new.shapes["v"], generator).to(a) if new.gated else None
+    w = random_arguments(new.shapes["w"], generator).to(a)
+    v = random_arguments(new.shapes["v"], generator).to(a) if new.gated else None
     if new.units == MIXED_UNITS:
         w[::2] *= SMALL_ARGUMENTS
     seeing, source = w if v is None else v, cell.arrays()["w" if v is None else "v"]
@@ -134,7 +134,7 @@ def widen(cell: Cell, new: CellShape, generator: torch.Generator | None) -> torc
     return new.join(Cell(a, b, e, w, c, cell.d, cell.d0, new.units, v))
 
 
-def _random(shape: tuple[int, ...], generator: torch.Generator | None) -> torch.Tensor:
+def random_arguments(shape: tuple[int, ...], generator: torch.Generator | None) -> torch.Tensor:
     """Draw normal numbers, (hidden units, arguments); a sum over the arguments has the variance 1.
 
     Without a generator they are 0.

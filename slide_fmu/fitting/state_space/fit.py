@@ -18,6 +18,8 @@ from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS
 from slide_fmu.fitting.state_space.cell import CellShape
 from slide_fmu.fitting.state_space.cubes import with_room
 from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
+from slide_fmu.fitting.state_space.from_states import FitFromStates, FromStates
+from slide_fmu.fitting.state_space.known_states import known_states
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import sum_of_squares
@@ -62,14 +64,26 @@ def fit_state_space(
             weight is not finite.
     """
     data = fit_data(problem, network, training)
-    kinds, why = tuple[UnitTrial, ...](), list[str]()
+    multi_start, known, why = MultiStart(data, progress), known_states(data), list[str]()
+    from_states = None if known is None else FitFromStates(multi_start, known)
+    found = None if from_states is None else from_states.sized()
+    if from_states is not None and found is not None:
+        if found.candidate.error < POOR:
+            return _refined(from_states, found)
+        why.append(found.explanation)
+    kinds = tuple[UnitTrial, ...]()
     if network.units == "auto" and problem.start is None:
         network, kinds, explanation = choose_units(data, progress)
-        why = [] if explanation is None else [explanation]
+        why += [] if explanation is None else [explanation]
         data = replace(data, network=network)
-    multi_start, chosen = MultiStart(data, progress), None
+        multi_start = MultiStart(data, progress)
+    chosen = None
     if problem.start is None:
         chosen = choose_sizes(multi_start)
+        if from_states is not None and found is not None:
+            searched = math.inf if chosen.judged is None else chosen.judged.error
+            if not searched < found.candidate.error:
+                return _refined(from_states, found)
         winner = compete(multi_start, chosen)
     else:
         problem.sized(network)
@@ -91,6 +105,21 @@ def fit_state_space(
         remark=remark_on(winner, still_learnable(data, winner), data),
     )
     return FittedNetwork(freeze(winner, data), history, _sized(network, winner.shape))
+
+
+def _refined(fit: FitFromStates, found: FromStates) -> FittedNetwork:
+    """Return a network that began at known states, after its last runs."""
+    data = found.data
+    data.problem.sized(found.table)
+    winner = fit.refined(found)
+    remarks = found.remark, remark_on(winner, still_learnable(data, winner), data)
+    history = replace(
+        _history(winner, data),
+        sizes=found.tried,
+        explanations=(found.explanation,),
+        remark="; ".join(remark for remark in remarks if remark is not None) or None,
+    )
+    return FittedNetwork(freeze(winner, data), history, found.table)
 
 
 def _sized(network: StateSpaceRecipe, shape: CellShape) -> StateSpaceRecipe:

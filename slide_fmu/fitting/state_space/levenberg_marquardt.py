@@ -53,6 +53,24 @@ class LeastSquares:
     count: float
     validation: Callable[[torch.Tensor], float]
 
+    def restricted(self, theta: torch.Tensor, free: torch.Tensor) -> LeastSquares:
+        """Return the problem of the parameters with the numbers ``free``; the others stay."""
+
+        def whole(part: torch.Tensor) -> torch.Tensor:
+            return theta.index_copy(0, free, part)
+
+        def normal(part: torch.Tensor) -> NormalEquations:
+            equations = self.normal(whole(part))
+            matrix = equations.matrix[free][:, free]
+            return NormalEquations(equations.cost, matrix, equations.gradient[free])
+
+        return LeastSquares(
+            normal,
+            lambda part: self.cost(whole(part)),
+            self.count,
+            lambda part: self.validation(whole(part)),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Iterate:

@@ -67,7 +67,7 @@ def squares_of_segments(shape: CellShape, theta: torch.Tensor, segments: Segment
     It is not finite if the cell diverges.
     """
     with torch.no_grad():
-        outputs, _ = simulate(shape, theta, segments.features, segments.phi)
+        outputs, _ = simulate(shape, theta, segments.features, segments.phi, segments.initial)
         residuals = segments.whitened(outputs[segments.burn_in :] - segments.targets)
         squares: torch.Tensor = residuals.square().sum((0, 2))
         return squares
@@ -196,7 +196,9 @@ class _Rows:
 class _Sensitivities:
     """_Sensitivities are S = dx/dtheta of a chunk, (B, n, n_dynamic), and their recursion."""
 
-    def __init__(self, shape: CellShape, equations: Equations) -> None:
+    def __init__(
+        self, shape: CellShape, equations: Equations, initial: torch.Tensor | None
+    ) -> None:
         cell, inputs = equations.cell, equations.inputs
         self._shape, self._equations, self._inputs = shape, equations, inputs
         self._a, self._e = cell.a.contiguous(), cell.e.contiguous()
@@ -205,7 +207,7 @@ class _Sensitivities:
         one = seen.new_ones(*seen.shape[:2], 1)
         self._arguments = torch.cat([seen, one], 2) if shape.bias else seen
         batch = inputs.drive.shape[1]
-        self.state = cell.a.new_zeros(batch, shape.n_states)
+        self.state = cell.a.new_zeros(batch, shape.n_states) if initial is None else initial
         self.values = cell.a.new_zeros(batch, shape.n_states, shape.n_dynamic)
         self._next = torch.empty_like(self.values)
         if shape.turned:
@@ -295,7 +297,7 @@ def _run(
     inputs = ByRole.of(shape.roles, chunk.features)
     equations = Equations(cell, inputs, shape.turned, torch)
     rows, weights = _Rows(shape, theta, chunk.count), chunk.weights[:, None]
-    sensitivities = _Sensitivities(shape, equations)
+    sensitivities = _Sensitivities(shape, equations, chunk.initial)
     states, one = [], theta.new_ones(chunk.count, 1)
     for k in range(samples):
         for _ in range(shape.substeps):

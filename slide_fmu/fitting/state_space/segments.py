@@ -28,6 +28,7 @@ class Segments:
             None without parameters.
         whitening: weights the residuals by the spectrum of the outputs' noise; None if it is not
             known, with equal weights for all residuals.
+        initial: states of the network before the first feature, shape (B, n_states); zero if None.
     """
 
     features: torch.Tensor
@@ -35,6 +36,7 @@ class Segments:
     weights: torch.Tensor
     phi: torch.Tensor | None = None
     whitening: Whitening | None = None
+    initial: torch.Tensor | None = None
 
     @property
     def burn_in(self) -> int:
@@ -67,6 +69,7 @@ class Segments:
             self.weights[numbers],
             None if self.phi is None else self.phi[numbers],
             self.whitening,
+            None if self.initial is None else self.initial[numbers],
         )
 
     def chunks(self, size: int) -> list[Segments]:

@@ -43,10 +43,12 @@ class Trial:
         refusal: why they do not; None if they do.
         width: number of lanes with which they are always called; None where any multiple of
             ``WIDTH`` gives the same numbers.
+        sizes: the largest number of each function's results, (count,) each, in their order.
     """
 
     refusal: str | None
     width: int | None = None
+    sizes: tuple[FloatArray, ...] = ()
 
     @property
     def most(self) -> int:
@@ -125,7 +127,7 @@ def _near(value: float, rng: np.random.Generator) -> float:
 
 def tried(functions: Sequence[UserFunction], points: Points) -> Trial:
     """Try functions with many lanes; those that they fail on alone do not count."""
-    width: int | None = None
+    width, sizes = None, list[FloatArray]()
     for function in functions:
         alone = points.alone(function)
         fine = np.flatnonzero(np.isfinite(alone).all(axis=0))
@@ -135,6 +137,7 @@ def tried(functions: Sequence[UserFunction], points: Points) -> Trial:
             )
         lanes = np.resize(fine, FIXED).astype(np.int64)
         chosen, expected = points.at(lanes), alone[:, lanes]
+        sizes.append(np.max(np.abs(expected), axis=1))
         try:
             together = chosen.together(function)
             refusal = _difference(function, together, expected)
@@ -146,7 +149,7 @@ def tried(functions: Sequence[UserFunction], points: Points) -> Trial:
                 width = FIXED
         except FunctionError as error:
             return Trial(str(error))
-    return Trial(None, width)
+    return Trial(None, width, tuple(sizes))
 
 
 def _difference(function: UserFunction, together: FloatArray, expected: FloatArray) -> str | None:

@@ -48,6 +48,7 @@ class LaneModel:
             of ``WIDTH``.
         together: whether f and g accept many states at once; else they are called for each lane
             alone, which still saves the work of a step for each.
+        sizes: the largest rates where f was tried, (n,): at rest all rates are rounding.
     """
 
     f: UserFunction
@@ -57,6 +58,7 @@ class LaneModel:
     varied: Collection[str]
     width: int | None
     together: bool = True
+    sizes: FloatArray | None = None
 
 
 @final
@@ -346,7 +348,7 @@ class Lanes:
         check = self._number % CHECKED == 0
         lane = self._number // CHECKED % len(self._alive) if check else None
         alone = None if self._model.together else np.flatnonzero(self._alive)
-        return _StageRates(self._model.f, u, du, self._p, self._each, lane, alone)
+        return _StageRates(self._model, u, du, self._p, self._each, lane, alone)
 
     def _end(self, ended: NDArray[np.bool_], last: NDArray[np.bool_]) -> None:
         """Go to the next intervals of lanes whose interval has ended."""
@@ -372,7 +374,7 @@ class _StageRates:
     """The rates of all lanes at a stage of a step.
 
     Attributes:
-        f: the function.
+        model: has the function f.
         u, du: inputs and their rates at all stages, (stages, n_inputs, B).
         p: parameters, of which those that vary are arrays.
         each: parameters of each lane.
@@ -380,7 +382,7 @@ class _StageRates:
         alone: lanes for which f is called one by one; None where it is called for all at once.
     """
 
-    f: UserFunction
+    model: LaneModel
     u: FloatArray
     du: FloatArray
     p: Parameters
@@ -391,20 +393,22 @@ class _StageRates:
     def __call__(self, stage: int, x: FloatArray, values: FloatArray) -> None:
         u, du = self.u[stage], self.du[stage]
         if self.alone is not None:
-            each_lane(self.f, x, u, self.each, du, values, self.alone)
+            each_lane(self.model.f, x, u, self.each, du, values, self.alone)
             return
-        lane_values(self.f, x, u, self.each, self.p, du, values)
+        lane_values(self.model.f, x, u, self.each, self.p, du, values)
         if stage == 0 and self.checked is not None:
             self._check(self.checked, x, values)
 
     def _check(self, lane: int, x: FloatArray, values: FloatArray) -> None:
         u, du = self.u[0][:, lane].copy(), self.du[0][:, lane].copy()
         try:
-            alone = self.f(x[:, lane].copy(), u, self.each[lane], du)
+            alone = self.model.f(x[:, lane].copy(), u, self.each[lane], du)
         except FunctionError:
             return  # nothing comes of it in the lane either
         together = values[:, lane]
         sizes = np.max(np.abs(values), axis=1, initial=0.0, where=np.isfinite(values))
+        if self.model.sizes is not None:
+            sizes = np.maximum(sizes, self.model.sizes)
         same = np.isclose(alone, together, rtol=0.0, atol=SAME * sizes, equal_nan=True)
         if not same.all():
             raise LaneError(f"f gave {together.tolist()} in place of {alone.tolist()}")

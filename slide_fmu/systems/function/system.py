@@ -16,6 +16,7 @@ from slide_fmu.systems.base import (
     Beginning,
     Linearizable,
     Motion,
+    ShowingStates,
     State,
     StateMatrix,
     System,
@@ -28,8 +29,9 @@ from slide_fmu.systems.function.courses import Course
 from slide_fmu.systems.function.equations import Bend, ModelEquations
 from slide_fmu.systems.function.equilibrium import state_matrix
 from slide_fmu.systems.function.integration import EXPLICIT, Solver
-from slide_fmu.systems.function.lane_trial import Trial, points_around, tried
+from slide_fmu.systems.function.lane_trial import Points, Trial, points_around, tried
 from slide_fmu.systems.function.lanes import Lane, LaneError, LaneModel, Lanes
+from slide_fmu.systems.function.shown_states import FollowedByStates, acting_states
 from slide_fmu.systems.function.user_function import (
     FunctionError,
     UserFunction,
@@ -59,7 +61,7 @@ Start = Sequence[float] | FloatArray | Callable[..., Any]
 
 
 @final
-class FunctionSystem(Linearizable, Batching):
+class FunctionSystem(Linearizable, Batching, ShowingStates):
     """A FunctionSystem is a reference system made of functions: x' = f(x, u, p), y = g(x, u, p).
 
     States x are given and wanted as arrays (n,), inputs u as arrays (n_inputs,) in the units of
@@ -119,6 +121,7 @@ class FunctionSystem(Linearizable, Batching):
         self._advanced, self._calls = 0, 0
         self._stiff: tuple[str, ...] = ()
         self._trials: dict[tuple[str, ...], Trial] = {}
+        self._showing: FunctionSystem | None = None
         self.set_state(State(state, np.zeros(0), held))
 
     @property
@@ -129,13 +132,26 @@ class FunctionSystem(Linearizable, Batching):
     def with_solver(self, solver: Solver) -> FunctionSystem:
         """Return the same system at the same state, integrated in another way."""
         other = copy.copy(self)
-        other._equations = replace(self._equations, solver=solver)
+        other._equations, other._showing = replace(self._equations, solver=solver), None
         other.solved_by = solver.method
         return other
 
     def over_motions(self, solver: Solver) -> WholeMotion:
         """Return the system whose motions are each integrated by one call of scipy."""
         return WholeMotion(self, self._equations, self._g, self.rest_state, solver)
+
+    def showing_states(self) -> FunctionSystem:
+        if self._showing is None:
+            f, other = self._equations.function, copy.copy(self)
+            acting = acting_states(f, self._g, self._points(()))
+            shown = FollowedByStates(self._g, acting)
+            other._g = UserFunction("g", shown, self._g.count + len(acting))
+            largest = [float(self._sizes[k]) for k in acting]
+            signals = [Signal(f"state_{k}", "", -x, x) for k, x in enumerate(largest)]
+            other.outputs = (*self.outputs, *signals)
+            other._trials, other._showing = {}, other
+            self._showing = other
+        return self._showing
 
     def _require_rates(self, function: UserFunction) -> None:
         if function.takes_rates and hold_of(self.inputs) == "zero_order":
@@ -243,10 +259,14 @@ class FunctionSystem(Linearizable, Batching):
     def _trial(self, varied: tuple[str, ...]) -> Trial:
         """Say whether f and g accept many states at once; a remark says what they refuse."""
         if varied not in self._trials:
-            states, sizes = self._states_along, self._sizes
-            points = points_around(states, sizes, self.inputs, self.step, self._p, varied)
-            self._refuse_lanes(varied, tried((self._equations.function, self._g), points))
+            functions = self._equations.function, self._g
+            self._refuse_lanes(varied, tried(functions, self._points(varied)))
         return self._trials[varied]
+
+    def _points(self, varied: tuple[str, ...]) -> Points:
+        """Give points at which f and g are tried."""
+        states, sizes = self._states_along, self._sizes
+        return points_around(states, sizes, self.inputs, self.step, self._p, varied)
 
     def _refuse_lanes(self, varied: tuple[str, ...], trial: Trial) -> None:
         """Keep what a trial showed, and remark it where f or g accepts one state alone."""
@@ -269,7 +289,10 @@ class FunctionSystem(Linearizable, Batching):
         if lanes:
             functions = self._equations.function, self._g
             together = trial.refusal is None
-            model = LaneModel(*functions, self.step, self.solver, varied, trial.width, together)
+            sizes = trial.sizes[0] if trial.sizes else None
+            model = LaneModel(
+                *functions, self.step, self.solver, varied, trial.width, together, sizes
+            )
             integrated = Lanes(model, lanes)
             try:
                 integrated.run()

@@ -30,7 +30,7 @@ from slide_fmu.recipe.automatic import BOUND_NUMBERS, NUMBERS, FoundValues, Tabl
 from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.open_recipe import OpenRecipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
-from slide_fmu.systems.base import System
+from slide_fmu.systems.base import ShowingStates, Source, System
 
 FIRST, MOST = 32, 256
 """A learning curve begins with the first number of trajectories, and ends with the second."""
@@ -93,7 +93,7 @@ def find_numbers(
     cost = trajectory_time(case, folder, bar) if _needs_cost(open_keys) else 0.0
     train = case.recipe.data.train
     if "data.train" in open_keys:
-        known_count = without_curve(case.recipe, cost)
+        known_count = without_curve(cost, begins_at_states(case.recipe, case.source))
         if known_count is None:
             staged = _CurveData(case, folder, bar, place, recipe_folder)
             known_count = _learnt_from(_whole_curve(case, folder, staged).points)
@@ -101,15 +101,20 @@ def find_numbers(
     return _numbers_with(case.recipe, open_keys, train, cost)
 
 
-def without_curve(recipe: Recipe, cost: float) -> int | None:
+def begins_at_states(recipe: Recipe, source: Source) -> bool:
+    """Tell whether the network of a recipe is fitted from states that the system shows."""
+    return isinstance(source, ShowingStates) and recipe.may_begin_at_states()
+
+
+def without_curve(cost: float, known_states: bool) -> int | None:
     """Return the open number of trajectories to learn from; None if a curve finds it.
 
     A trajectory takes ``cost`` s. Where it takes so few that as many as a curve tries are made at
-    once, these are learnt from.
+    once, these are learnt from. Where the fit begins at known states, a number is known, too.
     """
     if cost * MOST <= CHEAP:
         return MOST
-    return OF_STATES if recipe.begins_at_states() else None
+    return OF_STATES if known_states else None
 
 
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
@@ -129,7 +134,7 @@ def found_numbers(
         return None
     train = case.recipe.data.train
     if "data.train" in open_keys:
-        known_count = without_curve(case.recipe, cost)
+        known_count = without_curve(cost, begins_at_states(case.recipe, system))
         if known_count is None:
             curve = kept_curve(case, folder)
             if curve.ended is None:
@@ -161,7 +166,7 @@ def least_numbers(system: System, open_recipe: OpenRecipe, cost: float) -> Found
     recipe, open_keys = open_recipe.guess, open_recipe.open_keys
     train = recipe.data.train
     if "data.train" in open_keys:
-        train = without_curve(recipe, cost) or FIRST
+        train = without_curve(cost, begins_at_states(recipe, system)) or FIRST
     return _numbers_with(recipe, open_keys, train, cost)
 
 

@@ -18,6 +18,7 @@ from slide_fmu.fitting.state_space.amounts import (
     MANY_STATES,
     MORE_SHOWN,
     MOST_OF_LINEAR,
+    MOST_OF_SPANS,
     MOST_OF_STARTS,
     OF_OUTPUTS,
     OF_STATES,
@@ -90,6 +91,7 @@ def estimated_work(
     cost: float,
     n_signals: tuple[int, int],
     states: int | None = None,
+    known_states: bool = False,
 ) -> dict[str, Span]:
     """Return the computing time of each stage of a run in s.
 
@@ -99,13 +101,14 @@ def estimated_work(
         cost: time in s in which one process simulates a second.
         n_signals: numbers of inputs and outputs.
         states: number of states that a linear fit of records has; None of a model.
+        known_states: whether the fit begins at states that the system shows.
     """
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
     is_open, known = "data.train" in open_keys and states is None, recipe.data.train
-    given = without_curve(recipe, of_simulated) if is_open else known
+    given = without_curve(of_simulated, known_states) if is_open else known
     known, found = given or known, given is None
     train = Span(FIRST, MOST) if found else Span(known, known)
-    fits = _Fits(recipe, *n_signals, states)
+    fits = _Fits(recipe, *n_signals, states, known_states)
     work = {
         WINDOW: Span(),
         DATA: _numbers(recipe, open_keys, train, of_simulated).times(of_simulated),
@@ -193,6 +196,7 @@ class _Fits:
     n_inputs: int
     n_outputs: int
     states: int | None = None
+    known_states: bool = False
 
     def iteration(
         self,
@@ -248,7 +252,7 @@ class _Fits:
             # a linear machine needs no hidden units
             refined = ENDS_EARLY * training.iterations * self.iteration(train, linear=self.states)
             return refined + self._states_found(train, least)
-        if self.recipe.begins_at_states():
+        if self.known_states:
             return self._from_states(training.iterations, least)
         last = self._last(training, train, least) + self._states_found(train, least)
         if network.hidden != "auto" and network.order != "auto":
@@ -279,7 +283,7 @@ class _Fits:
         if bound is None or not isinstance(training, LeastSquaresRecipe):
             return 0.0
         own = bound.expert.companion.of_training(training, 0)
-        if self.recipe.begins_at_states():
+        if self.known_states:
             return self._from_states(own.iterations, least)
         starts = own.search_iterations(own.starts, min(own.starts, own.expert.kept))
         units = SIZES[0 if least else -1]
@@ -298,7 +302,7 @@ class _Fits:
         window, order = self.recipe.window, STATES
         dynamic = order * (order + self.n_inputs + units) + units * (order + self.n_inputs + 1)
         weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
-        samples = SAMPLES_PER_PARAMETER * weights
+        samples = min(SAMPLES_PER_PARAMETER * weights, MOST_OF_SPANS)
         summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic)
         judged = 2 * window.n_in - window.n_out
         run = 2 * order * order * dynamic

@@ -266,13 +266,13 @@ class Recipe(Table):
             return 0
         return self.bound.expert.further or max(2, self.data.bound // 2)
 
-    def begins_at_states(self) -> bool:
-        """Tell whether the network is fitted from states that the system shows.
+    def may_begin_at_states(self) -> bool:
+        """Tell whether the network is fitted from states, where the system shows them.
 
-        The states of functions are known; the order of the network is open then, and follows.
+        The order of the network is open then, and follows.
         """
         network = self.network
-        if not isinstance(network, StateSpaceRecipe) or self.system.kind != "function":
+        if not isinstance(network, StateSpaceRecipe):
             return False
         anew = getattr(self.training, "start", None) is None
         free = network.order == "auto" and network.may_have_states_of_the_system

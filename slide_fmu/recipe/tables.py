@@ -73,7 +73,8 @@ class DataRecipe(Table):
         burn_in: time in s that a random initial state is given to decay; not stored; one window
             if ``"auto"`` or not given.
         train, validation: numbers of trajectories. If ``"auto"`` or not given, 256 to learn from
-            where one process simulates them in 20 s, else as many as a learning curve finds.
+            where one process simulates them in 20 s, else 64 of a function whose states
+            the network may have, and as many as a learning curve finds of other models.
         estimator, estimator_validation: numbers for the error estimator, if there is one;
             likewise.
         companion, bound, calibration: numbers of trajectories of the error bound, if there is one

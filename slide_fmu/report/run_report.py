@@ -154,7 +154,8 @@ def with_training(
         linear,
         *more,
     )
-    remark = "; ".join(text for text in remarks if text is not None) or None
+    said = dict.fromkeys(text for text in remarks if text is not None)  # some say it twice
+    remark = "; ".join(said) or None
     return replace(
         figures,
         sizes_tried=history.sizes,

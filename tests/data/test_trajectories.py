@@ -18,6 +18,7 @@ from slide_fmu.data.generation import generate
 from slide_fmu.data.model_answers import kept_answers, model_key
 from slide_fmu.data.trajectories import Trajectories, TrajectoryError
 from slide_fmu.recipe.case import case_of
+from slide_fmu.recipe.reading import parse_open_recipe
 from slide_fmu.recipe.recipe import SPLITS, Recipe
 from tests.progress import silent
 from tests.recipes import ESTIMATOR, tiny_recipe, tiny_state_space_recipe
@@ -211,3 +212,49 @@ def test_trajectory_that_has_no_room_is_missing_and_made_again(
     assert ("train", 1) in made.missing()
     made.write("train", 1, trajectory(1), kind=0)
     assert len(made.read("train").inputs) == 4
+
+
+LAG = """
+inputs = {"u": {"unit": "1", "range": [-1, 1]}}
+outputs = {"y": {"unit": "1", "range": [-1, 1]}}
+start = [0.0]
+
+def f(x, u, p):
+    return [5.0 * (u[0] - x[0])]
+
+def g(x, u, p):
+    return [x[0]]
+"""
+RECIPE_OF_LAG = """
+name = "lag"
+description = "a lag"
+
+[system]
+kind = "function"
+model = "MODEL"
+
+[window]
+step = 0.05
+n_in = 96
+n_out = 32
+"""
+
+
+def test_states_of_functions_are_kept_where_a_fit_may_begin_at_them(tmp_path: Path) -> None:
+    model = tmp_path / "lag.py"
+    model.write_text(LAG, encoding="utf-8")
+    wanted = parse_open_recipe(RECIPE_OF_LAG.replace("MODEL", str(model)), "recipe").guess
+    counts = wanted.data.model_copy(update={"train": 2, "validation": 1})
+    case = case_of(wanted.model_copy(update={"data": counts}))
+    generate(case, tmp_path / "trajectories", None, silent)
+    split = Trajectories.of(case, tmp_path / "trajectories").read("train")
+    assert split.states is not None
+    np.testing.assert_array_equal(split.states[..., 0], split.outputs[..., 0])
+    one = split.chosen([1])
+    assert one.states is not None
+    np.testing.assert_array_equal(one.states, split.states[1:])
+    assert one.parameters is None
+
+
+def test_other_systems_show_no_states(made: Trajectories) -> None:
+    assert made.read("train").states is None

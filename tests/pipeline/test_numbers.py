@@ -25,8 +25,12 @@ from slide_fmu.pipeline.job import Job, open_job, provenance
 from slide_fmu.pipeline.numbers import _curve_file, known_numbers
 from slide_fmu.pipeline.run_folder import TrainedSurrogate, recipe_of_provenance
 from slide_fmu.pipeline.stages import choose_numbers, generate_data, train_surrogate
+from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import RecipeError
+from slide_fmu.systems.loading import load_system
+from slide_fmu.systems.specification import Specification
 from tests.data.test_generation import Inline
+from tests.data.test_trajectories import LAG
 from tests.fmu.samples import sum_surrogate
 from tests.progress import no_stages, silent
 from tests.recipes import TINY, tiny_state_space_recipe
@@ -314,6 +318,23 @@ def test_cheap_trajectories_are_the_most_that_are_tried_without_a_curve(
     assert job.resolved == {"data": {"train": 4 * FEW, "validation": FEW}}
     assert curve_of(job) == Curve()
     assert opened(tmp_path).resolved == job.resolved
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [({}, True), ({"network": {"order": 4}}, False), ({"network": {"units": "cubic"}}, False)],
+)
+def test_fits_that_begin_at_known_states_have_no_curve(
+    tmp_path: Path, changes: dict[str, Any], expected: bool
+) -> None:
+    """These are fits of functions, unless the recipe forbids the network to have their states."""
+    place = tmp_path / "lag.py"
+    place.write_text(LAG, encoding="utf-8")
+    model = Specification(str(place), {}, 0.1, "function")
+    recipe, function = tiny_state_space_recipe(**changes), load_system(model)
+    assert numbers.begins_at_states(recipe, function) == expected
+    assert not numbers.begins_at_states(recipe, case_of(recipe).source)
+    assert numbers.without_curve(10.0, expected) == (64 if expected else None)
 
 
 def test_damaged_file_of_a_curve_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,8 +21,9 @@ of samples: this part of it, after which less than a hundredth is left of where 
 SPAN, LATER_SPANS = 50, (150, 400)
 """Length, in samples, of the spans from known states in which all states count, and of those in
 which outputs do."""
-SAMPLES_PER_PARAMETER = 150
-"""Number of samples in such spans for each parameter."""
+SAMPLES_PER_PARAMETER, MOST_OF_SPANS = 150, 60_000
+"""Number of samples in such spans for each parameter, and their largest number: all states of a
+sample count, and those of large motions are chosen more often."""
 OF_STATES, OF_OUTPUTS = 30, 30
 """Largest number of iterations of a fit to states, and of the first one to outputs."""
 

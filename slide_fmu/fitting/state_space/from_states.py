@@ -21,6 +21,7 @@ from slide_fmu.fitting.ladder import WORTHWHILE, Ladder
 from slide_fmu.fitting.state_space import levenberg_marquardt
 from slide_fmu.fitting.state_space.amounts import (
     LATER_SPANS,
+    MOST_OF_SPANS,
     MOST_OF_VALIDATION,
     OF_OUTPUTS,
     OF_STATES,
@@ -36,13 +37,10 @@ from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSqua
 from slide_fmu.fitting.state_space.multi_start import Candidate, MultiStart
 from slide_fmu.fitting.state_space.normal_equations import normal_equations, sum_of_squares
 from slide_fmu.fitting.state_space.segments import Segments
-from slide_fmu.fitting.state_space.sizes import FIRST_UNITS, MOST_UNITS
+from slide_fmu.fitting.state_space.sizes import FIRST_UNITS, GOOD, MOST_UNITS
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.recipe.learning import StateSpaceRecipe
 
-ACCURATE = 3e-3
-"""A network whose validation error is below this, relative to the outputs' deviation, is large
-enough."""
 APART, EXPLAINED = 0.02, 1 / 3
 """Outputs from zero state and from the true state stay apart if they differ by the first number of
 their deviation after the burn-in, and those from the true state err by less than the second
@@ -123,7 +121,7 @@ class FitFromStates:
         return [twice] if fits else []
 
     def _enough(self, n_units: int) -> str | None:
-        accurate = self._candidate(n_units).error < ACCURATE
+        accurate = self._candidate(n_units).error < GOOD
         return "it is accurate enough to be trained on" if accurate else None
 
     def _shape(self, n_units: int) -> CellShape:
@@ -208,7 +206,8 @@ class FitFromStates:
     def _spans(self, shape: CellShape, length: int, of_states: bool) -> tuple[Segments, Segments]:
         """Return spans to learn from, and others to judge by."""
         seed, known = self._multi_start.training.seed, self._known
-        count = max(64, math.ceil(SAMPLES_PER_PARAMETER * shape.n_parameters / length))
+        samples = min(SAMPLES_PER_PARAMETER * shape.n_parameters, MOST_OF_SPANS)
+        count = max(64, math.ceil(samples / length))
         parts = []
         for part, some in ((known.training, count), (known.validation, max(64, count // 4))):
             targets = part.states[..., : known.moving] if of_states else part.targets

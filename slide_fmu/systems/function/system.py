@@ -146,8 +146,8 @@ class FunctionSystem(Linearizable, Batching, ShowingStates):
             acting = acting_states(f, self._g, self._points(()))
             shown = FollowedByStates(self._g, acting)
             other._g = UserFunction("g", shown, self._g.count + len(acting))
-            largest = [float(self._sizes[k]) for k in acting]
-            signals = [Signal(f"state_{k}", "", -x, x) for k, x in enumerate(largest)]
+            largest = {k: float(self._sizes[k]) for k in acting}
+            signals = [Signal(f"state_{k}", "", -size, size) for k, size in largest.items()]
             other.outputs = (*self.outputs, *signals)
             other._trials, other._showing = {}, other
             self._showing = other

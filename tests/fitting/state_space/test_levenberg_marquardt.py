@@ -165,3 +165,16 @@ def test_fit_whose_validation_falls_no_more_is_finished(factor: float, iteration
         state = replace(advance(state, slow), stalled=0)
         done += 1
     assert done == iterations
+
+
+def test_some_parameters_are_found_while_the_others_stay() -> None:
+    """The least squares of a line through the origin, whose other coefficient is given."""
+    x = torch.linspace(-1.0, 1.0, 9, dtype=torch.float64)
+    problem = problem_of(lambda theta: theta[0] * x**2 + theta[1] * x - (2 * x + 0.5 * x**2))
+    theta, free = torch.tensor([0.25, 0.0], dtype=torch.float64), torch.tensor([1])
+    some = problem.restricted(theta, free)
+    done = run(theta[free], some, 20)
+    assert done.best.tolist() == pytest.approx([2.0], abs=1e-6)
+    assert theta.tolist() == [0.25, 0.0]
+    whole = problem.cost(torch.tensor([0.25, float(done.best[0])], dtype=torch.float64))
+    assert some.cost(done.best) == pytest.approx(whole)

@@ -28,6 +28,7 @@ from tests.fitting.state_space.cells import (
     SUBSTEPS,
     TURNED,
     plain,
+    random,
     random_segments,
     random_theta,
     random_weights,
@@ -49,7 +50,7 @@ def jacobian(
     """J (scored, B, p, P) and residuals (scored, B, p), with the segments' weights."""
 
     def residuals(parameters: torch.Tensor) -> torch.Tensor:
-        outputs, _ = simulate(shape, parameters, segments.features)
+        outputs, _ = simulate(shape, parameters, segments.features, None, segments.initial)
         return segments.weights[:, None] * (outputs[segments.burn_in :] - segments.targets)
 
     theta = theta.clone().requires_grad_()
@@ -158,3 +159,19 @@ def test_diverging_cell_has_no_finite_sum() -> None:
     segments = random_segments(shape, 0, 300, 2)
     assert not math.isfinite(sum_of_squares(shape, theta, segments))
     assert not math.isfinite(normal_equations(shape, theta, segments).cost)
+
+
+@pytest.mark.parametrize("shape", [plain(3, 2, 4, 2), SUBSTEPS])
+def test_segments_may_begin_at_states(shape: CellShape) -> None:
+    """Chunks of them have their own; the states do not depend on the parameters."""
+    theta, segments = random_theta(shape), random_segments(shape, 0, 20, 40)
+    segments = replace(segments, initial=0.5 * random(40, shape.n_states, seed=5))
+    rows, residuals = jacobian(shape, theta, segments)
+    found = normal_equations(shape, theta, segments)
+    flat = rows.reshape(-1, shape.n_parameters)
+    assert deviation(found.matrix, flat.T @ flat) < EXACT
+    assert deviation(found.gradient, flat.T @ residuals.reshape(-1)) < EXACT
+    assert found.cost == pytest.approx(float(residuals.square().sum()), rel=EXACT)
+    assert sum_of_squares(shape, theta, segments) == pytest.approx(found.cost, rel=EXACT)
+    from_zero = sum_of_squares(shape, theta, replace(segments, initial=None))
+    assert abs(from_zero - found.cost) > 1e-6 * found.cost

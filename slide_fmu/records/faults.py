@@ -105,9 +105,9 @@ SELDOM = 0.01
 def stuck(values: FloatArray) -> tuple[int, int] | None:
     """Return begin and end of the longest run of one value in a column that else never rests.
 
-    It is None without such a run of ``STUCK`` finite values in values of shape (N,). Measured
-    values always have some noise, and two of them are hardly ever equal: a column that often rests
-    is held, coarse, or follows a machine that stops.
+    It is None without such a run of ``STUCK`` finite values in values of shape (N,), and where all
+    values are one. Measured values always have some noise, and two of them are hardly ever equal:
+    a column that often rests is held, coarse, or follows a machine that stops.
     """
     same = np.concatenate([[False], values[1:] == values[:-1], [False]])
     edges = np.flatnonzero(np.diff(same)).reshape(-1, 2)
@@ -115,6 +115,8 @@ def stuck(values: FloatArray) -> tuple[int, int] | None:
         return None
     begin, end = edges[np.argmax(edges[:, 1] - edges[:, 0])].tolist()
     end += 1
+    if end - begin == len(values):  # constant, which says something else
+        return None
     elsewhere = int(same.sum()) - (end - begin - 1)
     if end - begin < STUCK or elsewhere > SELDOM * (len(values) - (end - begin)):
         return None

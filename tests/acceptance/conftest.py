@@ -239,6 +239,15 @@ class Finished:
         """The FMU of the run."""
         return self.runs / self.name / f"{self.name}.fmu"
 
+    @property
+    def released(self) -> dict[str, Any]:
+        """The figures that the FMU carries: those of the run without times."""
+        untimed = {
+            name: {key: value for key, value in one.items() if key != "timing"}
+            for name, one in self.figures["validation"].items()
+        }
+        return {**self.figures, "validation": untimed}
+
 
 def invoke(*arguments: object) -> Result:
     """Call the console script in this process; errors stay visible."""

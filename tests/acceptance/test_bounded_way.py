@@ -67,7 +67,7 @@ def test_finished_fmu_carries_network_bound_and_figures(bounded: Finished) -> No
     assert surrogate.bound.confidences == (0.9, 0.95)  # 40 trajectories calibrate no higher one
     assert provenance is not None
     assert provenance["recipe"] == SMALL_BOUNDED
-    assert provenance["measured"] == bounded.figures
+    assert provenance["measured"] == bounded.released
 
 
 @pytest.mark.parametrize("confidence", [0.9, 0.95])

@@ -188,7 +188,7 @@ def test_export_of_a_finished_recipe_keeps_report_and_measured_error(duffing: Fi
     assert duffing.fmu.read_bytes() == before
     _, provenance = read_fmu(duffing.fmu)
     assert provenance is not None
-    assert provenance["measured"] == duffing.figures
+    assert provenance["measured"] == duffing.released
     assert read_member(duffing.fmu, "documentation/index.html") is not None
 
 

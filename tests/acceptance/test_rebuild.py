@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from slide_fmu.fmu.export import EXTRA, export_fmu, read_fmu, read_folder, read_
 from slide_fmu.fmu.hashes import HASHES
 from slide_fmu.pipeline.apps import app_problems, with_origins
 from slide_fmu.pipeline.card_check import card_problems
+from slide_fmu.pipeline.run import TIMES
 from slide_fmu.pipeline.run_folder import StageError
 from slide_fmu.recipe.reading import parse_recipe
 from slide_fmu.report.row_tables import card_table
@@ -52,6 +54,7 @@ def folder(tmp_path: Path) -> Path:
         extra=EXPERIMENT,
     )
     (tmp_path / "README.md").write_text("# an older card\n", encoding="utf-8")
+    shutil.copy(LINEAR.with_name(TIMES), tmp_path)
     return tmp_path
 
 

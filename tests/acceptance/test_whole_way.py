@@ -104,7 +104,7 @@ def test_info_shows_signals_provenance_and_measured_error(duffing: Finished) -> 
     info = json.loads(result.stdout)
     assert [signal["name"] for signal in info["inputs"]] == ["force"]
     assert info["provenance"]["recipe"] == SMALL_DUFFING
-    assert info["provenance"]["measured"] == duffing.figures
+    assert info["provenance"]["measured"] == duffing.released
     assert info["provenance"]["seeds"]["data"] == 7
     assert {"torch", "exudyn", "numpy"} <= set(info["provenance"]["versions"])
 

@@ -93,7 +93,7 @@ def find_numbers(
     cost = trajectory_time(case, folder, bar) if _needs_cost(open_keys) else 0.0
     train = case.recipe.data.train
     if "data.train" in open_keys:
-        known_count = without_curve(cost, begins_at_states(case.recipe, case.source))
+        known_count = without_curve(cost, states_at_start(case.recipe, case.source))
         if known_count is None:
             staged = _CurveData(case, folder, bar, place, recipe_folder)
             known_count = _learnt_from(_whole_curve(case, folder, staged).points)
@@ -101,20 +101,25 @@ def find_numbers(
     return _numbers_with(case.recipe, open_keys, train, cost)
 
 
-def begins_at_states(recipe: Recipe, source: Source) -> bool:
-    """Tell whether the network of a recipe is fitted from states that the system shows."""
-    return isinstance(source, ShowingStates) and recipe.may_begin_at_states()
+def states_at_start(recipe: Recipe, source: Source) -> int | None:
+    """Return the number of states that the system shows, from which the network is fitted.
+
+    It is None where the fit finds states of its own.
+    """
+    if not isinstance(source, ShowingStates) or not recipe.may_begin_at_states():
+        return None
+    return len(source.showing_states().outputs) - len(source.outputs)
 
 
-def without_curve(cost: float, known_states: bool) -> int | None:
+def without_curve(cost: float, known_states: int | None) -> int | None:
     """Return the open number of trajectories to learn from; None if a curve finds it.
 
     A trajectory takes ``cost`` s. Where it takes so few that as many as a curve tries are made at
-    once, these are learnt from. Where the fit begins at known states, a number is known, too.
+    once, these are learnt from. Where the fit begins at ``known_states``, a number is known, too.
     """
     if cost * MOST <= CHEAP:
         return MOST
-    return OF_STATES if known_states else None
+    return OF_STATES if known_states is not None else None
 
 
 def known_numbers(case: Case, open_keys: Collection[str], folder: RunFolder) -> FoundValues | None:
@@ -134,7 +139,7 @@ def found_numbers(
         return None
     train = case.recipe.data.train
     if "data.train" in open_keys:
-        known_count = without_curve(cost, begins_at_states(case.recipe, system))
+        known_count = without_curve(cost, states_at_start(case.recipe, system))
         if known_count is None:
             curve = kept_curve(case, folder)
             if curve.ended is None:
@@ -166,7 +171,7 @@ def least_numbers(system: System, open_recipe: OpenRecipe, cost: float) -> Found
     recipe, open_keys = open_recipe.guess, open_recipe.open_keys
     train = recipe.data.train
     if "data.train" in open_keys:
-        train = without_curve(cost, begins_at_states(recipe, system)) or FIRST
+        train = without_curve(cost, states_at_start(recipe, system)) or FIRST
     return _numbers_with(recipe, open_keys, train, cost)
 
 

@@ -18,7 +18,7 @@ from typing import final
 from slide_fmu.core.progress import Progress, Stages, part_of, show_whole
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.pipeline.job import Job, Tell
-from slide_fmu.pipeline.numbers import begins_at_states, trajectory_time
+from slide_fmu.pipeline.numbers import states_at_start, trajectory_time
 from slide_fmu.pipeline.run_folder import RunFolder
 from slide_fmu.pipeline.work_estimate import (
     COMPANION,
@@ -233,7 +233,7 @@ def counted_work(job: Job) -> dict[str, Span]:
     cost = cost_of_second(source, job.case, job.folder, job.bar)
     signals = len(source.inputs), len(source.outputs)
     states = None if job.sizing is None else job.sizing.states
-    known = begins_at_states(recipe, source)
+    known = states_at_start(recipe, source)
     return estimated_work(recipe, job.open_keys, cost, signals, states, known)
 
 

@@ -91,7 +91,7 @@ def estimated_work(
     cost: float,
     n_signals: tuple[int, int],
     states: int | None = None,
-    known_states: bool = False,
+    known_states: int | None = None,
 ) -> dict[str, Span]:
     """Return the computing time of each stage of a run in s.
 
@@ -101,7 +101,8 @@ def estimated_work(
         cost: time in s in which one process simulates a second.
         n_signals: numbers of inputs and outputs.
         states: number of states that a linear fit of records has; None of a model.
-        known_states: whether the fit begins at states that the system shows.
+        known_states: number of states that the system shows and the fit begins at; None if it
+            finds its own.
     """
     of_simulated = cost * (recipe.data.duration + recipe.data.burn_in)
     is_open, known = "data.train" in open_keys and states is None, recipe.data.train
@@ -196,7 +197,7 @@ class _Fits:
     n_inputs: int
     n_outputs: int
     states: int | None = None
-    known_states: bool = False
+    known_states: int | None = None
 
     def iteration(
         self,
@@ -252,7 +253,7 @@ class _Fits:
             # a linear machine needs no hidden units
             refined = ENDS_EARLY * training.iterations * self.iteration(train, linear=self.states)
             return refined + self._states_found(train, least)
-        if self.known_states:
+        if self.known_states is not None:
             return self._from_states(training.iterations, least)
         last = self._last(training, train, least) + self._states_found(train, least)
         if network.hidden != "auto" and network.order != "auto":
@@ -283,7 +284,7 @@ class _Fits:
         if bound is None or not isinstance(training, LeastSquaresRecipe):
             return 0.0
         own = bound.expert.companion.of_training(training, 0)
-        if self.known_states:
+        if self.known_states is not None:
             return self._from_states(own.iterations, least)
         starts = own.search_iterations(own.starts, min(own.starts, own.expert.kept))
         units = SIZES[0 if least else -1]
@@ -299,13 +300,14 @@ class _Fits:
 
     def _of_spans(self, units: int) -> float:
         """Return the time in s of an iteration over spans from known states, with its judging."""
-        window, order = self.recipe.window, STATES
+        window, order = self.recipe.window, (self.known_states or 0) + self.n_inputs
         dynamic = order * (order + self.n_inputs + units) + units * (order + self.n_inputs + 1)
         weights = dynamic + self.n_outputs * (order + self.n_inputs + 1)
         samples = min(SAMPLES_PER_PARAMETER * weights, MOST_OF_SPANS)
-        summed = self.n_outputs * (weights * weights / THINNEST + order * dynamic)
-        judged = 2 * window.n_in - window.n_out
+        rows = max(order, self.n_outputs)
+        summed = rows * (weights * weights / THINNEST + order * dynamic)
         run = 2 * order * order * dynamic
+        judged = 2 * window.n_in - window.n_out
         return samples * (run + summed) / OPERATIONS + (judged + SPAN) * OF_SAMPLE
 
     def _last(self, training: LeastSquaresRecipe, train: float, least: bool) -> float:

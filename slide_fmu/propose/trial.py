@@ -21,7 +21,7 @@ from slide_fmu.memory.sizing import AnySizing
 from slide_fmu.pipeline.apps import remarks_on_app_tables
 from slide_fmu.pipeline.case_checks import guarded_case
 from slide_fmu.pipeline.job import Job, checked, open_job
-from slide_fmu.pipeline.numbers import begins_at_states, least_numbers
+from slide_fmu.pipeline.numbers import least_numbers, states_at_start
 from slide_fmu.pipeline.stages import remark_on_step, size_recipe
 from slide_fmu.pipeline.work_estimate import Span, estimated_work
 from slide_fmu.recipe.against_system import remarks_on_clipping
@@ -141,7 +141,7 @@ class Trial:
         open_keys = self.open_recipe.open_keys
         states = self.sizing.states
         known = guess if states is None else recipe  # the samples of records decide the numbers
-        cost_of_second, shown = self.seconds or 0.0, begins_at_states(known, self.system)
+        cost_of_second, shown = self.seconds or 0.0, states_at_start(known, self.system)
         work = estimated_work(known, open_keys, cost_of_second, signals, states, shown)
         whole = sum(work.values(), Span())
         costs = Costs(

@@ -252,7 +252,7 @@ class LeastSquaresRecipe(Table):
         method: name of the training; it follows from the network's family and is no key of a
             file.
         seed: seed of the starts.
-        starts: number of random starts.
+        starts: number of random starts; a fit from known states of a function has one.
         iterations: most iterations of the best of them, on all data, or on some segments of very
             many. A fit ends earlier where its validation error no longer falls.
         start: path of an FMU of slide-fmu whose network the training begins with: for example one

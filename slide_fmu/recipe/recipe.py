@@ -274,7 +274,10 @@ class Recipe(Table):
         network = self.network
         if not isinstance(network, StateSpaceRecipe):
             return False
-        anew = getattr(self.training, "start", None) is None
+        training = self.training
+        if not isinstance(training, LeastSquaresRecipe) or training.expert.even_out:
+            return False
+        anew = training.start is None
         free = network.order == "auto" and network.may_have_states_of_the_system
         return free and anew and not self.parameters and not self.data.beyond
 

@@ -322,18 +322,18 @@ def test_cheap_trajectories_are_the_most_that_are_tried_without_a_curve(
 
 @pytest.mark.parametrize(
     ("changes", "expected"),
-    [({}, True), ({"network": {"order": 4}}, False), ({"network": {"units": "cubic"}}, False)],
+    [({}, 1), ({"network": {"order": 4}}, None), ({"network": {"units": "cubic"}}, None)],
 )
 def test_fits_that_begin_at_known_states_have_no_curve(
-    tmp_path: Path, changes: dict[str, Any], expected: bool
+    tmp_path: Path, changes: dict[str, Any], expected: int | None
 ) -> None:
     """These are fits of functions, unless the recipe forbids the network to have their states."""
     place = tmp_path / "lag.py"
     place.write_text(LAG, encoding="utf-8")
     model = Specification(str(place), {}, 0.1, "function")
     recipe, function = tiny_state_space_recipe(**changes), load_system(model)
-    assert numbers.begins_at_states(recipe, function) == expected
-    assert not numbers.begins_at_states(recipe, case_of(recipe).source)
+    assert numbers.states_at_start(recipe, function) == expected
+    assert numbers.states_at_start(recipe, case_of(recipe).source) is None
     assert numbers.without_curve(10.0, expected) == (64 if expected else None)
 
 

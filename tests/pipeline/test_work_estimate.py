@@ -115,3 +115,20 @@ def test_times_are_written_in_the_unit_in_which_people_wait(
     span: Span, what: str, text: str
 ) -> None:
     assert in_words(span, what) == text
+
+
+def test_fit_that_begins_at_known_states_takes_its_own_time() -> None:
+    """It has no curve, and its time grows with the states and not with long trajectories."""
+    recipe = tiny_state_space_recipe()
+    open_keys = ("data.train",)
+    few, many = (
+        estimated_work(recipe, open_keys, 1.0, SIGNALS, known_states=count) for count in (3, 12)
+    )
+    searched = estimated_work(recipe, open_keys, 1.0, SIGNALS)
+    assert CURVE in searched
+    assert CURVE not in few
+    assert few[TRAINING].high < many[TRAINING].high
+    longer = recipe.model_copy(
+        update={"data": recipe.data.model_copy(update={"duration": 50 * recipe.data.duration})}
+    )
+    assert estimated_work(longer, (), 1.0, SIGNALS, known_states=3)[TRAINING] == few[TRAINING]

@@ -149,7 +149,7 @@ class FitFromStates:
         own = replace(shape, n_outputs=known.moving, roles=replace(shape.roles, static=()))
         begin = own.split(known.a.new_zeros(own.n_parameters))
         begin.a[:], begin.b[:] = known.a, known.b
-        begin.c[:] = torch.eye(known.count, dtype=known.a.dtype)[: known.moving]
+        begin.c[:] = torch.eye(known.count)[: known.moving]
         generator = torch.Generator().manual_seed(self._multi_start.training.seed)
         begin.w[:] = random_arguments(begin.w.shape, generator)
         begin.w[:, known.own : known.moving] = 0

@@ -79,7 +79,7 @@ class Known:
         """The largest state in parts of its largest value, (n_trajectories, N + 1)."""
         states = self.states.abs()
         largest = states.amax((0, 1)).clamp_min(torch.finfo(states.dtype).tiny)
-        return np.asarray((states / largest).amax(2).double().numpy())
+        return np.asarray((states / largest).amax(2).double().cpu().numpy())
 
     def windows(self, burn_in: int, scored: int, count: int) -> Segments:
         """Return parts with a burn-in of about as many motions as ``count``, at any time of them.
@@ -152,6 +152,8 @@ def known_states(data: FitData) -> KnownStates | None:
     short = data.features.shape[1] < FEWEST_SAMPLES
     if short or problem.beyond is not None or not network.may_have_states_of_the_system:
         return None
+    if data.training.expert.even_out:  # spans of all sizes count the same already
+        return None
     found = _found(data, *problem.states)
     if found is None or network.order == "auto":
         return found
@@ -179,10 +181,10 @@ class _Columns:
 def _columns(
     roles: Roles, features: torch.Tensor, targets: torch.Tensor, states: FloatArray
 ) -> _Columns:
-    of_features = features.double().numpy()
+    of_features = features.double().cpu().numpy()
     return _Columns(
         states[:, 1:],
-        targets.double().numpy()[:, 1:],
+        targets.double().cpu().numpy()[:, 1:],
         of_features[:, :, list(roles.drive)],
         of_features[:, :, list(roles.static)],
     )
@@ -220,16 +222,16 @@ def _found(data: FitData, training: FloatArray, validation: FloatArray) -> Known
     a = np.zeros((own[0].shape[2],) * 2)
     a[:, read], b, _ = _map(own[0][:, 1:], (own[0][:, :-1][..., read], learnt.drive[:, 1:]))
     c, d, d0 = _map(learnt.targets, (own[0], learnt.static))
-    dtype = data.features.dtype
+    like = data.features
     knowns = [
         Known(
-            part[0][:, 1:].to(dtype),
-            torch.from_numpy(states).to(dtype),
-            part[1][:, 1:].to(dtype),
+            part[0][:, 1:].to(like),
+            torch.from_numpy(states).to(like),
+            part[1][:, 1:].to(like),
         )
         for part, states in zip((problem.training, problem.validation), own, strict=True)
     ]
-    maps = (torch.from_numpy(np.ascontiguousarray(one)).to(dtype) for one in (a, b, c, d, d0))
+    maps = (torch.from_numpy(np.ascontiguousarray(one)).to(like) for one in (a, b, c, d, d0))
     return KnownStates(knowns[0], knowns[1], int(moves.sum()), moving, *maps)
 
 

@@ -18,7 +18,7 @@ from slide_fmu.fitting.state_space.fit_data import FitData, fit_data
 from slide_fmu.fitting.state_space.from_states import FitFromStates
 from slide_fmu.fitting.state_space.known_states import Known, KnownStates, known_states
 from slide_fmu.fitting.state_space.multi_start import MultiStart
-from slide_fmu.recipe.learning import LeastSquaresRecipe, StateSpaceRecipe
+from slide_fmu.recipe.learning import LeastSquaresExpert, LeastSquaresRecipe, StateSpaceRecipe
 from tests.fitting.state_space.springs import fit, problem_of, relative_error
 from tests.progress import silent
 
@@ -114,6 +114,11 @@ def test_there_are_none_where_the_system_shows_none(tmp_path: Path) -> None:
     assert known_states(data_of(replace(problem(tmp_path), states=None))) is None
     broken = problem(tmp_path, more=lambda x: np.full_like(x[..., :1], np.nan))
     assert known_states(data_of(broken)) is None
+
+
+def test_fit_whose_segments_have_weights_of_their_own_has_none(tmp_path: Path) -> None:
+    even = LeastSquaresRecipe(expert=LeastSquaresExpert(even_out=True))
+    assert known_states(fit_data(problem(tmp_path), StateSpaceRecipe(), even)) is None
 
 
 def test_spans_begin_at_true_states(tmp_path: Path) -> None:

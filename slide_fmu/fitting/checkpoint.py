@@ -55,7 +55,7 @@ def reading(path: Path) -> Iterator[None]:
         raise TrainingError(f"checkpoint {path} cannot be read ({error}); {REMEDY}") from error
 
 
-TRAINING_VERSION = 5
+TRAINING_VERSION = 6
 """Version of the code of all trainings. Whoever changes what a training results in raises it by 1,
 so that no run goes on with a network of former code: fits of networks, companions and estimators,
 heads of bounds and their calibration, and all that they call, down to features and scalings. A

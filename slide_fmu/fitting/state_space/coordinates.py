@@ -14,15 +14,17 @@ import numpy as np
 import scipy.linalg
 import torch
 
-from slide_fmu.fitting.state_space.cell import CellShape
+from slide_fmu.fitting.state_space.cell import CellShape, simulate
+from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 
 PAD_POLE, PAD_GAIN = 0.6, 0.8
 """Pole and gain of states that are added: they forget fast, and no output uses them yet."""
 JITTER = 1e-10
-"""Relative increase of the states' variances before the states are made uncorrelated."""
-
-
+"""Relative increase of the states' variances before the states are made uncorrelated, and smallest
+size of a balanced state relative to the largest."""
+HORIZON = 1000
+"""Number of samples over which a state adds to later outputs."""
 SMALL_ARGUMENTS = 1 / 8
 """Size of the arguments of clipped cubes at the start, far below the clipping limit."""
 
@@ -61,6 +63,35 @@ def rescale(shape: CellShape, cell: Cell, states: torch.Tensor, whiten: bool) ->
     seen = cell.arrays()[seeing]
     moved = {seeing: torch.cat([seen[:, :n] @ back, seen[:, n:]], 1)}
     return cell.with_arrays({"a": a, "b": b, "e": e, "c": cell.c @ back, **moved})
+
+
+def balanced(shape: CellShape, theta: torch.Tensor, segments: Segments) -> torch.Tensor:
+    """Return the parameters, (P,), of a linear cell in balanced coordinates.
+
+    Its states over the segments are uncorrelated there, and each adds as much to later outputs as
+    it moves (Moore, "Principal component analysis in linear systems", IEEE Transactions on
+    Automatic Control 26, 1981). In other coordinates large states may cancel in the outputs: these
+    magnify rounding, and so do hidden units that see them. A cell whose states grow beyond all
+    numbers, or do nothing, keeps its coordinates.
+    """
+    double = theta.double().cpu()
+    cell, features = shape.split(double), segments.features.double().cpu()
+    _, states = simulate(shape, double, features)
+    flat = states.reshape(-1, shape.n_states)
+    if not torch.isfinite(flat).all():
+        return theta
+    moved = torch.linalg.qr(flat / math.sqrt(len(flat)), mode="r").R
+    seen = [cell.c]
+    while len(seen) < HORIZON:
+        seen.append(seen[-1] @ cell.a)
+    shown = torch.linalg.qr(torch.cat(seen), mode="r").R
+    left, sizes, right = torch.linalg.svd(shown @ moved.T)
+    if not float(sizes[0]) > 0:
+        return theta
+    root = sizes.clamp_min(JITTER * float(sizes[0])).sqrt()
+    there, back = (left / root).T @ shown, moved.T @ (right.T / root)
+    m = replace(cell, a=there @ cell.a @ back, b=there @ cell.b, c=cell.c @ back)
+    return shape.join(m).to(theta)
 
 
 def _rms(states: torch.Tensor) -> torch.Tensor:

@@ -28,8 +28,10 @@ from slide_fmu.fitting.state_space.whitening import Whitening
 
 CHUNK = 4_000_000
 """Largest number of values of the filtered signals at a time."""
-RIDGE = 1e-9
-"""Regularisation of the first B and D, relative to the diagonal of their normal equations."""
+RIDGE, LEAST_RIDGE = 1e-3, 1e-9
+"""Regularisation of the first B and D, relative to the entries of the diagonal of their normal
+equations, and to its mean: slow inputs hardly tell the effects of several states and of D apart,
+which without the first one are large and cancel."""
 IN_DOUBLE = torch.zeros((), dtype=torch.float64)
 """What sections are computed with, on the CPU."""
 MOST_ALIKE, SLOWEST_TO_VANISH = 100.0, 0.03
@@ -250,7 +252,7 @@ def with_best(theta: torch.Tensor, chosen: torch.Tensor, normal: NormalEquations
     The outputs are linear in them; the normal equations are those at theta.
     """
     matrix, best = normal.matrix[chosen][:, chosen].clone(), theta.clone()
-    matrix.diagonal().mul_(1 + RIDGE).add_(RIDGE * matrix.diagonal().mean())
+    matrix.diagonal().mul_(1 + RIDGE).add_(LEAST_RIDGE * matrix.diagonal().mean())
     best[chosen] -= torch.linalg.solve(matrix, normal.gradient[chosen])
     return best
 

@@ -20,7 +20,7 @@ from slide_fmu.core.progress import Progress
 from slide_fmu.fitting.state_space import levenberg_marquardt, preconditioned_descent
 from slide_fmu.fitting.state_space.amounts import LINEAR_ITERATIONS, MOST_OF_LINEAR
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
-from slide_fmu.fitting.state_space.coordinates import in_substeps, rescale, widen_all
+from slide_fmu.fitting.state_space.coordinates import balanced, in_substeps, rescale, widen_all
 from slide_fmu.fitting.state_space.fit_data import FitData
 from slide_fmu.fitting.state_space.ledger import Ledger
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate
@@ -335,7 +335,9 @@ class MultiStart:
         problem = fit.least_squares()
         step = partial(levenberg_marquardt.advance, problem=problem)
         done = self.ledger.run(name, Iterate.begin(fit.first, problem), step, iterations)
-        last, best = (fit.theta(one).to(theta) for one in (done.theta, done.best))
+        last, best = (
+            balanced(shape, fit.theta(one), segments).to(theta) for one in (done.theta, done.best)
+        )
         return Candidate(shape, replace(done, theta=last, best=best))
 
     @cached_property

@@ -11,6 +11,7 @@ from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.coordinates import (
     PAD_GAIN,
     PAD_POLE,
+    balanced,
     in_substeps,
     rescale,
     widen,
@@ -126,6 +127,46 @@ def test_single_precision_states_of_very_different_size_are_rescaled(whiten: boo
     torch.testing.assert_close(covariance.diagonal(), torch.ones(3).double(), rtol=0, atol=SINGLE)
     if whiten:
         torch.testing.assert_close(covariance, torch.eye(3).double(), rtol=0, atol=SINGLE)
+
+
+@pytest.mark.parametrize("bias", [False, True])
+def test_balanced_states_answer_alike_and_move_as_much_as_they_show(bias: bool) -> None:
+    shape = plain(4, 2, 0, 2, bias=bias)
+    theta, segments = random_theta(shape), random_segments(shape, 40, 60, 5)
+    found = balanced(shape, theta, segments)
+    outputs, _ = simulate(shape, theta, segments.features)
+    again, states = simulate(shape, found, segments.features)
+    torch.testing.assert_close(again, outputs, rtol=0, atol=SAME)
+    flat, cell = states.flatten(0, 1), shape.split(found)
+    powers = [cell.c @ torch.linalg.matrix_power(cell.a, k) for k in range(200)]
+    moved, shown = flat.T @ flat / len(flat), sum(part.T @ part for part in powers)
+    torch.testing.assert_close(moved, torch.diag(moved.diagonal()), rtol=0, atol=1e-9)
+    torch.testing.assert_close(moved, shown, rtol=0, atol=1e-9)
+
+
+def test_balanced_states_do_not_magnify_rounding() -> None:
+    """Two states that are nearly the same, and nearly cancel, lose digits of float32."""
+    shape = plain(2, 1, 0, 1)
+    cell = shape.split(random_theta(shape))
+    a = torch.diag(torch.tensor([0.9, 0.9 - 1e-5]).double())
+    ones, apart = torch.ones(2, 1).double(), torch.tensor([[1e5, -1e5]]).double()
+    theta = shape.join(replace(cell, a=a, b=ones, c=apart, d=0 * cell.d))
+    segments, errors = random_segments(shape, 40, 60, 5), []
+    outputs, _ = simulate(shape, theta, segments.features)
+    for each in (theta, balanced(shape, theta, segments)):
+        single, _ = simulate(shape, each.float(), segments.features.float())
+        errors.append(float((single.double() - outputs).abs().max() / outputs.abs().max()))
+    assert errors[0] > 1e-3
+    assert errors[1] < 1e-5
+
+
+@pytest.mark.parametrize(("pole", "input_matrix"), [(40.0, 1.0), (0.5, 0.0)])
+def test_states_that_have_no_size_keep_their_coordinates(pole: float, input_matrix: float) -> None:
+    shape = plain(2, 1, 0, 1)
+    cell = shape.split(random_theta(shape))
+    a = pole * torch.eye(2, dtype=torch.float64)
+    theta = shape.join(replace(cell, a=a, b=input_matrix + 0 * cell.b))
+    assert torch.equal(balanced(shape, theta, random_segments(shape, 100, 200, 3)), theta)
 
 
 CELLS = [

@@ -13,8 +13,12 @@ from slide_fmu.core.window import Window
 from slide_fmu.fitting.state_space import modal_fit
 from slide_fmu.fitting.state_space.cell import CellShape, simulate
 from slide_fmu.fitting.state_space.levenberg_marquardt import Iterate, LeastSquares, advance
-from slide_fmu.fitting.state_space.modal_fit import ModalFit, Sections, has_sections
-from slide_fmu.fitting.state_space.normal_equations import normal_equations, sum_of_squares
+from slide_fmu.fitting.state_space.modal_fit import ModalFit, Sections, has_sections, with_best
+from slide_fmu.fitting.state_space.normal_equations import (
+    NormalEquations,
+    normal_equations,
+    sum_of_squares,
+)
 from slide_fmu.fitting.state_space.penalties import PolePenalty
 from slide_fmu.fitting.state_space.segments import Segments
 from slide_fmu.fitting.state_space.whitening import Whitening
@@ -155,3 +159,15 @@ def test_poles_outside_the_circle_are_pulled_in() -> None:
     sections = Sections.of(a, np.zeros((3, 3)), np.ones((2, 3)), np.zeros((2, 2)), 0.95)
     radii = np.abs(np.linalg.eigvals(shape_of(3).split(sections.theta(shape_of(3))).a.numpy()))
     assert np.sort(radii) == pytest.approx([0.5, 0.95, 0.95])
+
+
+def test_effects_that_are_hardly_told_apart_do_not_cancel() -> None:
+    """The smallest error, of two nearly equal columns, would have the effects 1000 and -999."""
+    slow = np.sin(0.01 * np.arange(400))
+    columns = np.stack([slow, slow + 1e-3 * np.cos(np.arange(400))], axis=1)
+    outputs = columns @ np.array([1000.0, -999.0])
+    matrix, gradient = (torch.from_numpy(columns.T @ part) for part in (columns, -outputs))
+    normal = NormalEquations(0.0, matrix, gradient)
+    best = with_best(torch.zeros(2).double(), torch.ones(2, dtype=torch.bool), normal)
+    assert float(best.abs().max()) < 3.0
+    assert float(best.sum()) == pytest.approx(1.0, abs=0.01)

@@ -38,6 +38,8 @@ RIDGE = 1e-8
 narrow band hardly have some directions, and outputs without noise follow from the others."""
 LEAST_SHOWN = 0.02
 """Singular values below this fraction of the largest do not indicate a state."""
+FORGOTTEN = 0.03
+"""A forgets directions of the states whose singular values are below this one within a sample."""
 SURE = 0.1
 """A canonical correlation shows a state if it is above that of noise by this much."""
 
@@ -87,6 +89,28 @@ class Subspace:
                 f"network.order = {order}; expected at most {self.highest_order} for "
                 f"{self.n_outputs} outputs over {samples} samples: lower it, or record for longer"
             )
+        for fewer in range(order, max(0, order - self.n_outputs - 1), -1):
+            a, c = self._after_input(fewer)
+            if len(a) == order:
+                return a, c
+        return self._before_input(order)
+
+    def _after_input(self, order: int) -> tuple[FloatArray, FloatArray]:
+        """Return A and C of states that the newest input has moved, as y[k] = C x[k] has them.
+
+        Those before it follow from these, but for what A forgets within one sample: the end of a
+        delay. So many states more keep it, and A has more rows than the order.
+        """
+        a, c = self._before_input(order)
+        left, size, right = np.linalg.svd(a)
+        kept, lost = size >= FORGOTTEN, right[size < FORGOTTEN]
+        before = right[kept].T / size[kept] @ left[:, kept].T
+        zero = np.zeros((len(right), len(lost)))
+        later = np.block([[a, zero], [lost, zero[: len(lost)]]])
+        return later, np.concatenate([c @ before, c @ lost.T], axis=1)
+
+    def _before_input(self, order: int) -> tuple[FloatArray, FloatArray]:
+        """Return A, (n, n), and C, (p, n), of states that the newest input has not moved."""
         size = np.sqrt(np.maximum(self.correlations[:order], TINY))
         seen, p = self.directions[:, :order] / size, self.n_outputs
         return np.linalg.lstsq(seen[:-p], seen[p:], rcond=None)[0], seen[:p]

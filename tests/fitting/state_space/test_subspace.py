@@ -56,6 +56,24 @@ def test_model_of_the_true_order_has_the_poles(n: int, p: int, q: int) -> None:
     assert c.shape == (p, n)
 
 
+def unexplained(a: FloatArray, c: FloatArray, u: FloatArray, y: FloatArray) -> float:
+    """RMS of what y[k] = C x[k] + D u[k], x[k] = A x[k-1] + B u[k], with the best B and D, misses.
+
+    Relative to the outputs, after 50 samples.
+    """
+    power, columns = c, [np.kron(u[:, :, None], np.eye(len(c))).reshape(len(u), -1, len(c))]
+    effects = np.zeros((len(u), u.shape[1], len(a), len(c)))
+    for lag in range(50):
+        late = np.concatenate([np.zeros_like(u[:lag]), u[: len(u) - lag]])
+        effects += late[:, :, None, None] * power.T
+        power = power @ a
+    columns.append(effects.reshape(len(u), -1, len(c)))
+    rows = np.concatenate(columns, axis=1)[50:].transpose(0, 2, 1)
+    flat, wanted = rows.reshape(-1, rows.shape[2]), y[50:].ravel()
+    left = wanted - flat @ np.linalg.lstsq(flat, wanted, rcond=1e-6)[0]
+    return float(np.linalg.norm(left) / np.linalg.norm(wanted))
+
+
 def test_noise_of_the_outputs_does_not_shift_poles_and_shows_no_states() -> None:
     known = system(6, 2, 2, 2)
     found = subspace_of(*records(known, 10, 2000, noise=0.01))
@@ -116,3 +134,21 @@ def test_sums_of_long_records_take_some_of_their_columns(monkeypatch: pytest.Mon
     monkeypatch.setattr(subspace, "COLUMNS", ROWS)
     found = subspace_of(*records(known, 2, 3000))
     assert sorted_poles(found.model(4)[0]) == pytest.approx(sorted_poles(known[0]), abs=EXACT)
+
+
+def test_delays_are_shown_to_their_end() -> None:
+    """An output at the samples 0 to 4 after an input takes five states, besides an oscillation."""
+    rng, pole = np.random.default_rng(4), 0.8 * np.exp(0.7j)
+    inputs, outputs = [], []
+    for _ in range(4):
+        u = rng.normal(size=(900, 2))
+        late = scipy.signal.lfilter([1.0, 0.9, -0.7, 0.6, -0.5], [1.0], u[:, 0])
+        denominator = [1.0, -2 * pole.real, abs(pole) ** 2]
+        swinging = scipy.signal.lfilter([0.3, 0.2], denominator, u[:, 1])
+        inputs.append(u)
+        outputs.append(np.stack([late, swinging], axis=1))
+    found = subspace_of(inputs, outputs)
+    a, c = found.model(7)
+    assert (a.shape, c.shape) == ((7, 7), (2, 7))
+    assert unexplained(a, c, inputs[0], outputs[0]) < 1e-4
+    assert unexplained(*found.model(6), inputs[0], outputs[0]) > 0.01

@@ -43,20 +43,25 @@ def effect_of_restarts(
     The rows are the truncation error, and the difference of ``predict`` and ``predict_newest``:
     RMS over all samples of the records, relative to the standard deviation of each output in the
     validation, shape (2, n_outputs). It is None for networks without a state. With a number of
-    ``others``, so many samples of inputs that are made of the records take their place.
+    ``others``, so many samples of inputs that are made of the records take their place; where the
+    outputs move more under these, the effect is relative to their RMS about the mean there.
     """
     surrogate = in_range.surrogate
     if not isinstance(surrogate.network, StateSpace):
         return None
     size = np.array([output.rms_reference_about_mean for output in in_range.figures().outputs])
-    squares, count = np.zeros((2, len(size))), 0
+    squares, moved, count = np.zeros((2, len(size))), np.zeros(len(size)), 0
     for values, inputs in _runs(source, in_range, others):
         own = surrogate.at(values) if values else surrogate
         truncated = own.truncation_errors(inputs)
         assert truncated is not None
-        apart = own.predict(inputs) - own.predict_newest(inputs)
+        newest = own.predict_newest(inputs)
+        apart = own.predict(inputs) - newest
         squares += [np.sum(np.square(one), axis=0) for one in (truncated, apart)]
+        moved += np.sum(np.square(newest - newest.mean(axis=0)), axis=0)
         count += len(inputs)
+    if others:
+        size = np.maximum(size, np.sqrt(moved / count))
     return np.asarray(np.sqrt(squares / count) / size)
 
 

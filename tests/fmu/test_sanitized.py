@@ -6,12 +6,17 @@ import struct
 import subprocess
 import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slide_fmu.cosim.check import OUTPUT_TOLERANCE
+from slide_fmu.features.base import BEFORE
+from slide_fmu.network.state_space.cell import in_double
+from slide_fmu.network.state_space.equations import ByRole, Equations
+from slide_fmu.network.state_space.initial_state import initial_state
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.surrogate.payload import PayloadError
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -201,3 +206,50 @@ def test_three_ways_to_evaluate_a_window_give_what_numpy_gives(
     largest = 3 * np.max(errors)
     for one, other in ((exact, recursive), (exact, ping_pong), (recursive, ping_pong)):
         assert 1e-4 < np.max(np.abs(one - other)) < largest
+
+
+STEADY = CellShape(contraction=0.97)
+OF_SEARCHES = 1e-8
+"""Of the largest number of a state. The search of scipy ends where the squared error no longer
+changes in double precision: there, the state has half of its digits. The runtime goes on."""
+
+
+@pytest.mark.parametrize(
+    ("shape", "cell"),
+    [
+        (Shape(), replace(STEADY, units=0)),
+        (Shape(n_outputs=3), replace(STEADY, states=9, units=7)),
+        (Shape(n_inputs=2, n_outputs=2, differences=2), STEADY),
+        (Shape(n_inputs=2, n_outputs=2), replace(STEADY, activation="gated")),
+        (
+            Shape(n_inputs=3, n_outputs=2, features="director"),
+            replace(STEADY, states=9, activation="gated", turned=2, factors=2),
+        ),
+        (Shape(n_inputs=2, n_outputs=2), replace(STEADY, activation="mixed", substeps=3)),
+    ],
+    ids=["linear", "three_outputs", "differences", "gated", "turned", "substeps"],
+)
+def test_state_that_outputs_show_is_that_of_numpy_in_double_precision(
+    driver: Path, tmp_path: Path, shape: Shape, cell: CellShape
+) -> None:
+    count, rng = 20, np.random.default_rng(3)
+    surrogate = random_surrogate(replace(shape, n_in=24, n_out=8, cell=cell))
+    network, path = surrogate.network, tmp_path / "cell.slide"
+    assert isinstance(network, StateSpace)
+    surrogate.save(path)
+    inputs = rng.uniform(-1, 1, (60, shape.n_inputs))
+    values, _ = network.run(network.features.along(inputs[None]))
+    known = values[0, -count:] + 1e-2 * rng.standard_normal((count, shape.n_outputs))
+    known[rng.random(known.shape) < 0.3] = np.nan
+    known[0] = np.nan
+    seen = np.concatenate([np.repeat(inputs[-count:][:1], BEFORE, axis=0), inputs[-count:]])
+    numbers = np.concatenate([seen[::-1].ravel(), known.astype(np.float64).ravel()])
+    numbers.tofile(tmp_path / "numbers")
+    lines = _run(driver, "first", str(path), str(tmp_path / "numbers"), str(count))
+    features = network.features.exactly_along(inputs[None, -count:])[0]
+    state = initial_state(network, features, known)
+    first = ByRole.of(network.roles, features[:1, None])
+    [[after]] = Equations(in_double(network.cell), first, network.turned, np).run(state[None])
+    size = np.max(np.abs(after))
+    assert size > 0.1
+    np.testing.assert_allclose(np.array(lines, float), after, rtol=0, atol=OF_SEARCHES * size)

@@ -270,3 +270,52 @@ int evaluate_three_ways(const char *path, int steps) {
     free(data);
     return good ? 0 : 1;
 }
+
+/* A model and its state in a block of their own. */
+static unsigned char *place_all(const SlidePayload *payload, SlideModel *model, SlideState *state) {
+    SlideArena arena = {NULL, 0};
+    slide_model_place(model, payload, SLIDE_STEPS_PER_SAMPLE, &arena);
+    slide_state_place(state, model, &arena);
+    unsigned char *block = calloc(arena.used, 1);
+    arena = (SlideArena){block, 0};
+    slide_model_place(model, payload, SLIDE_STEPS_PER_SAMPLE, &arena);
+    slide_state_place(state, model, &arena);
+    slide_state_reset(model, state);
+    return block;
+}
+
+static void report_first(const SlidePayload *payload, const double *numbers, size_t count) {
+    SlideModel model;
+    SlideState state;
+    unsigned char *block = place_all(payload, &model, &state);
+    const size_t n = model.predictor.of.cells.cell.n_states;
+    const size_t size = model.predictor.of.cells.cell.state_panels * SLIDE_LANES;
+    const SlideKnownOutputs known = {numbers, numbers + (count + SLIDE_BEFORE) * payload->n_inputs,
+                                     count};
+    slide_first_state_find(&model.predictor, &model.first, &known, 1,
+                           &slide_start(&model, &state)->predictor);
+    for (size_t i = 0; i < n; ++i) { /* the last of the sides is the state itself, after a sample */
+        printf("%.17g\n", model.first.sides[2 * n * size + i]);
+    }
+    free(block);
+}
+
+int find_first_state(const char *path, const char *numbers, int count) {
+    SlideMessage message;
+    SlidePayload payload;
+    size_t size;
+    unsigned char *data = slide_read_file(path, &size, &message);
+    bool good = data != NULL && slide_payload_read(&payload, data, size, &message) &&
+                slide_is_recurrent(payload.predictor.family);
+    unsigned char *known = slide_read_file(numbers, &size, &message);
+    if (good && known != NULL) {
+        double *aligned = malloc(size);
+        memcpy(aligned, known, size);
+        report_first(&payload, aligned, (size_t)count);
+        free(aligned);
+    }
+    good = good && known != NULL;
+    free(known);
+    free(data);
+    return good ? 0 : 1;
+}

@@ -6,6 +6,7 @@
  *   driver calls URI GUID     a life of two instances with good and bad calls
  *   driver run URI GUID N     outputs of N steps on a made-up input, for comparison of platforms
  *   driver three FILE N       a state-space network: exact window, recursive and ping-pong
+ *   driver first FILE DATA N  the state that the outputs of N samples show
  *   driver damage URI GUID    steps from states with damaged content
  *   driver adjoint URI GUID N N_INPUTS N_OUTPUTS   after each of N steps, the largest difference
  *                             between adjoint and directional derivatives, and the largest of them
@@ -395,6 +396,9 @@ int main(int count, char **arguments) {
     if (strcmp(verb, "three") == 0 && count == 4) {
         return evaluate_three_ways(arguments[2], atoi(arguments[3]));
     }
+    if (strcmp(verb, "first") == 0 && count == 5) {
+        return find_first_state(arguments[2], arguments[3], atoi(arguments[4]));
+    }
     if (strcmp(verb, "damage") == 0 && count == 4) {
         return damage(arguments[2], arguments[3]);
     }
@@ -402,6 +406,6 @@ int main(int count, char **arguments) {
         return adjoint(arguments[2], arguments[3], atoi(arguments[4]), (size_t)atoi(arguments[5]),
                        (size_t)atoi(arguments[6]));
     }
-    fputs("driver read|kernels|calls|run|three|damage|adjoint ...\n", stderr);
+    fputs("driver read|kernels|calls|run|three|first|damage|adjoint ...\n", stderr);
     return 2;
 }

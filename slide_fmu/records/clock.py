@@ -13,9 +13,10 @@ from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError
 GAP = 1.5
 """Samples with a distance of more than this many steps have a gap between them."""
 
-OFF_WHOLE, UNEVEN = 0.25, 0.1
+OFF_WHOLE, UNEVEN, WIDE = 0.25, 0.1, 3.0
 """A clock is uneven if more than the second part of its distances are off whole steps by more than
-the first. Its gaps are distances of more than ``GAP`` times what nineteen in twenty have."""
+the first. Its gaps are distances of more than ``WIDE`` times what nineteen in twenty have: of
+random distances, such as those between events, hardly any is that wide."""
 
 EVEN = 0.01
 """Times whose jitter is below this part of the step count as even."""
@@ -46,6 +47,7 @@ class Clock:
         gaps: where samples are missing.
         falls: indices of samples whose time is before that of the sample before.
         repeats: indices of samples whose time is that of the sample before.
+        uneven: whether the distances differ throughout, so that no sample counts as lost.
     """
 
     step: float
@@ -53,6 +55,7 @@ class Clock:
     gaps: tuple[Gap, ...]
     falls: tuple[int, ...]
     repeats: tuple[int, ...]
+    uneven: bool = False
 
     def pieces(self, length: int) -> list[tuple[int, int]]:
         """Return begin and end (excluded) of the pieces between gaps, of ``length`` samples."""
@@ -100,10 +103,11 @@ def clock_of(time: FloatArray, place: Callable[[int], str] = _numbered) -> Clock
     falls = tuple(int(k) + 1 for k in np.flatnonzero(differences < 0))
     repeats = tuple(int(k) + 1 for k in np.flatnonzero(differences == 0))
     off_whole = np.abs(rising / step - np.maximum(1, np.round(rising / step))) > OFF_WHOLE
-    if np.mean(off_whole) > UNEVEN:  # no sample is lost where distances differ throughout
-        widest = GAP * float(np.quantile(rising, 0.95))
+    uneven = bool(np.mean(off_whole) > UNEVEN)
+    if uneven:
+        widest = WIDE * float(np.quantile(rising, 0.95))
         gaps = tuple(gap for gap in gaps if gap.length > widest)
-    rough = Clock(step, 0.0, gaps, falls, repeats)
+    rough = Clock(step, 0.0, gaps, falls, repeats, uneven)
     fine = replace(rough, step=step if falls else _slope(time, rough))
     return replace(fine, jitter=_jitter(time, fine))
 

@@ -299,3 +299,38 @@ def held_samples(values: FloatArray) -> Held | None:
     repeated[changes] = False
     period = float(distances[is_usual].mean())
     return Held(period, int(np.ceil(period - 1e-9)) - 1, repeated)
+
+
+SPARSE, REGULARLY = 0.25, 0.25
+"""A column has a rate of its own if more than the first part of its rows are empty, one by one,
+and most of its values follow one another in the same time, up to the second part of it."""
+
+
+@dataclass(frozen=True)
+class OwnRate:
+    """An OwnRate is the rate of a column that has values in some rows only.
+
+    Attributes:
+        step: usual time from one value to the next, in s.
+        longest: how many rows in a row have none, as a rule.
+        missing: part of the rows that have none.
+    """
+
+    step: float
+    longest: int
+    missing: float
+
+
+def own_rate(time: FloatArray, values: FloatArray) -> OwnRate | None:
+    """Find whether values, (N,), come at a rate of their own, at times in s, (N,)."""
+    where = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
+    if len(where) < FEWEST_CHANGES or len(where) > (1 - SPARSE) * len(values):
+        return None
+    steps, rows = np.diff(time[where]), np.diff(where)
+    usual = float(np.median(steps))
+    regular = np.mean(np.abs(steps - usual) <= REGULARLY * usual)
+    if usual <= 0 or regular < MOSTLY or np.mean(rows > 1) <= SPARSE:
+        return None
+    longest = int(np.quantile(rows, 0.99, method="higher")) - 1
+    step = float(steps[np.abs(steps - usual) <= REGULARLY * usual].mean())
+    return OwnRate(step, longest, 1 - len(where) / len(values))

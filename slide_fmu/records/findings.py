@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.record import GIVE_STEP, Record, RecordError, files_named
 from slide_fmu.record_files.table import SECONDS
-from slide_fmu.records.clock import EVEN, OFF_WHOLE, UNEVEN, clock_of_record, drift
+from slide_fmu.records.clock import EVEN, clock_of_record, drift
 from slide_fmu.records.clock_faults import (
     ClockFault,
     bursts,
@@ -29,6 +29,7 @@ from slide_fmu.records.faults import (
     held_samples,
     missing_codes,
     outliers,
+    own_rate,
     quantization,
     saturations,
     stuck,
@@ -206,7 +207,8 @@ def examine_alone(
         rest = _without(record, name, [code.keys["missing"] for code in codes])
         findings += [one for rule in COLUMN_RULES for one in rule.applied(rest, name)]
         findings += _empty(rest, name)
-        if name in outputs or _has_own_rate(rest, name):
+        findings += _other_rate(rest, name, names, outputs)
+        if name in outputs and own_rate(rest.time, rest.columns[name]) is None:
             findings += _held(rest, name)
         if outputs and record.stuck is None:
             inputs = [one for one in names if one not in outputs]
@@ -258,18 +260,54 @@ def _held(record: Record, name: str) -> list[Finding]:
         return []
     every = f"every {held.period:.3g} samples"
     fault = f"it changes {every} only, while the record goes on: its sensor holds what it reads"
-    severity: Severity = "refused" if _is_mostly_empty(record, name) else "remarked"
-    if _has_own_rate(record, name):
-        fault = f"it has a value {every} only: it has a rate of its own"
-    step = float(f"{held.period * clock_of_record(record).step:.3g}")
+    step = held.period * clock_of_record(record).step
+    return [_slow(record, name, "remarked", fault, step, held.longest)]
+
+
+def _slow(
+    record: Record, name: str, severity: Severity, fault: str, own: float, longest: int
+) -> Finding:
+    """Return the finding of a column that is slower than the record, with a step of its own."""
+    step = float(f"{own:.3g}")
     remedy = (
         f"record it at the rate of the others, or take its step, and a smooth curve through what "
-        f"was read anew: --step {step:g} --read fill={held.longest} in slide-fmu init, "
-        f"window.step = {step:g} and fill = {held.longest} in system.parameters of a recipe"
+        f"was read anew: --step {step:g} --read fill={longest} in slide-fmu init, "
+        f"window.step = {step:g} and fill = {longest} in system.parameters of a recipe"
     )
-    expected = "a new value at every sample"
-    keys = {"fill": held.longest}
-    return [Finding("held", severity, record.path, name, fault, expected, remedy, keys, step)]
+    about = record.path, name, fault, "a new value at every sample", remedy
+    return Finding("held", severity, *about, {"fill": longest}, step)
+
+
+def _other_rate(
+    record: Record, name: str, names: Sequence[str], outputs: Sequence[str]
+) -> list[Finding]:
+    """Find a column whose values come at a rate of their own, or in rows of their own.
+
+    An input is refused, since the record would be cut at each row without it.
+    """
+    rate = own_rate(record.time, record.columns[name])
+    if rate is None or rate.longest <= record.fill:
+        return []
+    fault = f"it has a value every {_rate(rate.step)} only"
+    others = [one for one in names if one != name]
+    if others:
+        count = [np.count_nonzero(np.isfinite(record.columns[one])) for one in others]
+        other = others[int(np.argmax(count))]
+        times = record.time[np.isfinite(record.columns[other])]
+        usual = float(np.median(np.diff(times))) if len(times) > 1 else rate.step
+        fault = f"{fault}, and {other!r} every {_rate(usual)}: the file has two rates"
+        if usual > SAME_RATE * rate.step:
+            fault = (
+                f"it has no value in {100 * rate.missing:.2g} % of the rows, those of {other!r} "
+                "between its own: rows of several clocks follow one another"
+            )
+    usable = name in outputs and not _is_mostly_empty(record, name)
+    severity: Severity = "remarked" if usable else "refused"
+    return [_slow(record, name, severity, fault, rate.step, rate.longest)]
+
+
+def _rate(step: float) -> str:
+    return f"{step:.3g} s ({1 / step:.3g} Hz)"
 
 
 def _stuck(
@@ -413,9 +451,12 @@ def _gaps(record: Record) -> list[Finding]:
         return []
     longest = max(gaps, key=lambda gap: gap.length)
     lost = [round(gap.length / clock.step) - 1 for gap in gaps]
+    singly = f"{lost.count(1)} of them singly"
+    missing = f", {sum(lost)} samples of {clock.step:.6g} s are missing, {singly}"
+    if clock.uneven:
+        missing = ""
     fault = (
-        f"{len(gaps)} gaps, {sum(lost)} samples of {clock.step:.6g} s are missing, "
-        f"{lost.count(1)} of them singly; the longest has {longest.length:.6g} s behind "
+        f"{len(gaps)} gaps{missing}; the longest has {longest.length:.6g} s behind "
         f"{record.place(longest.sample)}, and the longest piece between gaps has "
         f"{clock.longest(len(record.time))} of {len(record.time)} samples"
     )
@@ -446,18 +487,18 @@ def _filled(record: Record, _: str) -> Iterable[str]:
 
 def _uneven(record: Record, _: str) -> Iterable[str]:
     clock = clock_of_record(record)
-    steps = np.diff(record.time) / clock.step
-    if np.mean(np.abs(steps - np.maximum(1, np.round(steps))) > OFF_WHOLE) > UNEVEN:
-        low, middle, high = np.quantile(np.diff(record.time), (0.05, 0.5, 0.95))
+    if clock.uneven and not clock.falls and not clock.repeats:
+        steps = np.diff(record.time)
+        low, middle, high = np.quantile(steps, (0.05, 0.5, 0.95))
         yield (
-            f"samples are {low:.3g} s to {high:.3g} s apart (nine in ten; the median is "
-            f"{middle:.3g} s)"
+            f"the clock is uneven: samples are {steps.min():.3g} s to {steps.max():.3g} s apart, "
+            f"nine in ten of them {low:.3g} s to {high:.3g} s; the median is {middle:.3g} s"
         )
 
 
 def _jitter(record: Record, _: str) -> Iterable[str]:
     clock = clock_of_record(record)
-    if clock.jitter > EVEN and not clock.falls and not clock.repeats:
+    if clock.jitter > EVEN and not clock.uneven and not clock.falls and not clock.repeats:
         yield (
             f"times are off even ones by {100 * clock.jitter:.2g} % of the step "
             f"{clock.step:.6g} s (root mean square)"
@@ -485,7 +526,9 @@ def _texts(record: Record, column: str) -> Iterable[str]:
 def _empty(record: Record, column: str) -> list[Finding]:
     """Find values that are missing; a few in a row can be filled."""
     finite = np.isfinite(record.columns[column])
-    if any(text.column == column for text in record.texts) or _has_own_rate(record, column):
+    if any(text.column == column for text in record.texts):
+        return []
+    if own_rate(record.time, record.columns[column]) is not None:
         return []
     runs = [(end - begin, begin) for begin, end in runs_of(~finite) if end - begin > record.fill]
     if not runs:
@@ -505,13 +548,8 @@ def _empty(record: Record, column: str) -> list[Finding]:
     return [Finding("empty", severity, record.path, column, fault, expected, remedy, keys)]
 
 
-OWN_RATE = 0.4
-"""A column has a rate of its own if more than this part is empty, and the rest lies evenly."""
-
-
-def _has_own_rate(record: Record, column: str) -> bool:
-    values = record.columns[column]
-    return bool(np.mean(~np.isfinite(values)) > OWN_RATE) and held_samples(values) is not None
+SAME_RATE = 0.9
+"""Two columns have the same rate if the step of one is more than this part of the other's."""
 
 
 def _is_mostly_empty(record: Record, column: str) -> bool:
@@ -574,8 +612,9 @@ TIME_RULES = (
         "uneven clock",
         _uneven,
         "even times",
-        "the record is resampled to even times, and cut where samples are far apart: record with "
-        f"an even clock, or bridge wide distances: {FILL}",
+        "the record is resampled to even times, and cut at gaps: record with an even clock, or "
+        "take a longer step: --step SECONDS in slide-fmu init, window.step in a recipe; if only "
+        f"the stamps are off, {GIVE_STEP}",
     ),
     Rule(
         "jitter",

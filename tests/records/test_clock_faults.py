@@ -88,6 +88,27 @@ def test_uneven_clock_has_no_gaps_where_no_sample_is_lost(jitter: float) -> None
     assert [gap.sample for gap in clock_of(lost).gaps] == [2999]
 
 
+@pytest.mark.parametrize("law", ["exponential", "gamma", "lognormal", "uniform"])
+def test_random_steps_are_an_uneven_clock_and_no_lost_samples(law: str) -> None:
+    rng = np.random.default_rng(0)
+    steps = {
+        "exponential": lambda: rng.exponential(STEP, N),
+        "gamma": lambda: rng.gamma(3, STEP / 3, N),
+        "lognormal": lambda: STEP * np.exp(0.5 * rng.normal(size=N)),
+        "uniform": lambda: STEP * rng.uniform(0.1, 1.9, N),
+    }[law]()
+    findings = examine([timed(np.cumsum(steps))])
+    assert {one.kind for one in findings} <= {"uneven clock", "gap"}
+    uneven = findings[0]
+    assert uneven.severity == "remarked"
+    low, middle, high = np.quantile(steps[1:], (0, 0.5, 1))
+    assert f"samples are {low:.3g} s to {high:.3g} s apart" in uneven.message
+    assert f"the median is {middle:.3g} s" in uneven.message
+    assert "window.step" in uneven.message
+    assert not any("samples of" in one.message for one in findings)
+    assert len(clock_of(np.cumsum(steps)).gaps) <= 3
+
+
 def test_samples_that_are_lost_from_an_even_clock_leave_gaps() -> None:
     kept = np.random.default_rng(0).random(N) > 0.1
     assert len(clock_of(EVEN[kept]).gaps) > 500

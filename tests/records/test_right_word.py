@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
 from slide_fmu.propose.proposal import RefusedProposalError
-from slide_fmu.records.faults import held_samples, missing_codes
+from slide_fmu.records.faults import held_samples, missing_codes, own_rate
 from slide_fmu.records.proposal import RecordOptions, propose_record
 from slide_fmu.systems.declared import Parameter
 from tests.records.bench import (
@@ -122,8 +122,48 @@ def test_output_of_a_lower_rate_than_the_inputs_is_named(
 ) -> None:
     sparse = np.where(np.arange(SAMPLES) % 5 == 0, level, np.nan)
     error = refusal(write_bench(tmp_path / "a.csv", valve, sparse))
-    assert "it has a value every 5 samples only: it has a rate of its own" in str(error)
+    assert "'level': it has a value every 0.05 s (20 Hz) only, and 'valve' every" in str(error)
+    assert "every 0.01 s (100 Hz): the file has two rates" in str(error)
     assert not said(init(tmp_path / "a.csv", step=0.05, fill=4), "empty")
+
+
+@pytest.mark.parametrize(
+    ("step", "offset", "named", "words", "fill"),
+    [
+        (0.1, 0.003, "level", "every 0.1 s (10 Hz) only, and 'valve' every 0.01 s", 10),
+        (0.1, 0.0, "valve", "every 0.1 s (10 Hz) only, and 'level' every 0.01 s", 9),
+        (0.015, 0.004, "level", "every 0.015 s (66.7 Hz) only, and 'valve' every", 2),
+        (0.01, 0.005, "valve", "it has no value in 50 % of the rows, those of 'level'", 1),
+    ],
+)
+def test_two_rates_in_a_file_are_named_with_both(
+    tmp_path: Path, step: float, offset: float, named: str, words: str, fill: int
+) -> None:
+    """Rows of two loggers that are sorted by time; each leaves the other's column empty."""
+    even = times().round(9)
+    own = np.arange(offset, even[-1], step).round(9)
+    time, columns = np.union1d(even, own), {"valve": smooth(), "level": response(smooth())}
+    for name, values in columns.items():
+        mine = np.isin(time, own if name == named else even)
+        columns[name] = np.where(mine, np.interp(time, even, values), np.nan)
+    path = write(tmp_path / "a.csv", **{"time [s]": time}, **columns)
+    [message] = [line for line in str(refusal(path)).splitlines() if f"column {named!r}" in line]
+    assert words in message
+    assert f"--step {step:g} --read fill={fill}" in message
+    assert not said(init(path, step=step, fill=fill), f"column {named!r}: it has")
+
+
+def test_values_that_are_lost_at_random_have_no_rate_of_their_own() -> None:
+    time, rng = STEP * np.arange(SAMPLES), np.random.default_rng(0)
+    level = response(smooth())
+    for part in (0.3, 0.5, 0.9):
+        assert own_rate(time, np.where(rng.random(SAMPLES) < part, np.nan, level)) is None
+    assert own_rate(time, np.where(np.arange(SAMPLES) > SAMPLES / 2, np.nan, level)) is None
+    kept = (np.arange(SAMPLES) % 3 == 0) & (rng.random(SAMPLES) > 0.05)
+    every_third = np.where(kept, level, np.nan)
+    found = own_rate(time, every_third)
+    assert found is not None
+    assert found.step == pytest.approx(3 * STEP, rel=1e-6)
 
 
 def test_held_values_are_found_by_their_rate_and_coarse_ones_are_not() -> None:
@@ -188,7 +228,7 @@ def test_clock_without_a_rate_is_remarked(
     time = np.cumsum(STEP * RNG.uniform(0.2, 3.0, SAMPLES))
     columns = {"time": time, "valve": valve, "level": level}
     remarks = init(write(tmp_path / "a.csv", **columns))
-    assert said(remarks, "(nine in ten; the median is")
+    assert said(remarks, "the clock is uneven", "the median is")
     assert not said(remarks, "cut into")
 
 

@@ -10,11 +10,11 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slide_fmu.network.state_space.cell import Cell
+from slide_fmu.network.state_space.cell import GATED, Cell
 from slide_fmu.network.state_space.equations import ByRole, Equations, outputs, turned
 from slide_fmu.network.state_space.network import StateSpace
 from tests.fmu.plain import five_point_slope
-from tests.fmu.samples import Shape, random_surrogate
+from tests.fmu.samples import CellShape, Shape, random_surrogate
 from tests.plain_cell import PlainCell
 from tests.strategies import state_space_shapes
 
@@ -55,6 +55,28 @@ def test_run_is_the_plain_loop_with_either_namespace(shape: Shape, samples: int)
     found = Equations(tensors, of_tensors, network.turned, torch).run(torch.from_numpy(rest))
     assert found.numpy() == pytest.approx(states, rel=SAME, abs=SAME)
     assert outputs(tensors, found, of_tensors).numpy() == pytest.approx(values, rel=SAME, abs=SAME)
+
+
+@pytest.mark.parametrize(
+    ("kind", "pairs"), [("tanh", 0), ("mixed", 0), ("cubic", 0), (GATED, 0), (GATED, 1)]
+)
+def test_cell_without_hidden_units_is_run_without_their_activation(
+    kind: str, pairs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Most of the time of linear fits went into activations of no units, sample by sample."""
+    cell = CellShape(units=0, activation=kind, turned=pairs, substeps=2)
+    features = 2 if pairs == 0 else 3
+    shape = Shape(n_inputs=features, features="director" if pairs else "differences", cell=cell)
+    network, rng = network_of(shape), np.random.default_rng(1)
+    seen = rng.normal(size=(6, 2, network.features.n_signals))
+    inputs, rest = ByRole.of(network.roles, seen), rng.normal(size=(2, len(network.cell.a)))
+    equations = Equations(in_double(network.cell), inputs, network.turned, np)
+    state, expected = rest, list[np.ndarray]()
+    for k in (k for k in range(6) for _ in range(2)):
+        state = equations.after(k, state, equations.hidden_units(k, state))
+        expected.append(state)
+    monkeypatch.setattr(Equations, "hidden_units", None)
+    np.testing.assert_array_equal(equations.path(rest), expected)
 
 
 @given(state_space_shapes())

@@ -124,10 +124,13 @@ class Equations:
 
     def path(self, state: Array) -> Array:
         """Return the states after all sub-steps of all samples, (N substeps, B, n)."""
-        states = []
+        states, linear = [], self.cell.e.shape[-1] == 0
         for k in range(len(self._driven)):
             for _ in range(self.cell.substeps):
-                state = self.after(k, state, self.hidden_units(k, state))
+                if linear:
+                    state = self._moved(k, state)
+                else:
+                    state = self.after(k, state, self.hidden_units(k, state))
                 states.append(state)
         return self._xp.stack(states)
 
@@ -150,11 +153,15 @@ class Equations:
 
     def after(self, k: int, state: Array, units: Array) -> Array:
         """Return the states after a step in sample k, (B, n), from the states before it and h."""
-        moved = self._plus(self._driven[k], state, self.cell.a)
+        moved = self._moved(k, state)
         if self.turned == 0:
             return self._plus(moved, units, self.cell.e)
         pushed = times(units, self.cell.e)
         return moved + turned(pushed, self.inputs.turn[k], self.turned, self._xp)
+
+    def _moved(self, k: int, state: Array) -> Array:
+        """Return A x + B f of sample k, (B, n)."""
+        return self._plus(self._driven[k], state, self.cell.a)
 
     def _plain_arguments(self, k: int, state: Array) -> Array:
         assert self.w_x is not None

@@ -53,7 +53,7 @@ def test_finished_fmu_carries_the_state_space_network(state_space: Finished) -> 
     assert state_space.figures["parameters"] == surrogate.network.count_parameters()
     assert provenance is not None
     assert provenance["recipe"] == SMALL_STATE_SPACE
-    assert provenance["measured"] == state_space.figures
+    assert provenance["measured"] == state_space.released
 
 
 def test_finished_state_space_fmu_run_by_fmpy_gives_what_numpy_gives(

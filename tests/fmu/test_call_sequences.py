@@ -177,7 +177,10 @@ class Sequences(RuleBasedStateMachine):
 
     @rule(who=instances, known=st.sampled_from([0.0, 1.0, 1.0, 2.0, 3.0, 0.5]), values=pairs)
     def set_prehistory(self, who: str, known: float, values: tuple[float, float]) -> None:
-        pair, row = self.pairs[who], (known, *values)
+        pair = self.pairs[who]
+        if known == 3.0 and isinstance(pair.caller, Fmi3):
+            known = 4.0  # there 3 is the start from outputs, which test_known_start.py has
+        row = (known, *values)
         status = pair.plain.set_prehistory(known, values, pair.caller.largest_prehistory)
         self.compare(who, lambda caller: caller.set(self.parameters, row), status)
 

@@ -206,6 +206,12 @@ def recorded_inputs(
     return inputs_beyond(recipe, source, count, SEQUENCES, factor)
 
 
+@stability.simulated_growth.register(MeasuredRecords)
+def unknown_growth(source: MeasuredRecords, recipe: Recipe, count: int, factor: float) -> float:
+    """Return 0: beyond records nothing is known, so they allow no growth."""
+    return 0.0
+
+
 @stability.tested_corners.register(MeasuredRecords)
 def tested_specimens(
     source: MeasuredRecords, surrogate: Surrogate, recipe: Recipe

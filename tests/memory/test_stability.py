@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.report.learning_charts import stability_charts
 from slide_fmu.surrogate.surrogate import Surrogate
+from slide_fmu.systems.errors import SimulationError
 from tests.fmu.samples import CellShape, random_cell
 from tests.memory.small_cells import (
     INPUTS,
@@ -115,7 +117,7 @@ def test_growth_and_differences_are_those_of_explicit_loops() -> None:
 def test_limit_is_allowed_and_more_is_not(
     factor: float, growth: float, gaps: list[float], limit: str | None
 ) -> None:
-    found = stability._problem(factor, growth, np.array(gaps), RECIPE, "")
+    found = stability._problem(factor, (growth, 10.0), np.array(gaps), RECIPE, "")
     assert (found is None) == (limit is None)
     assert found is None or found.endswith(limit or "")
 
@@ -148,6 +150,34 @@ def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
     assert_drawn(tests)
     bounded = examine(scalar_cell(0.5, 0.3, 0.05, "tanh"))
     assert all(test.problem is None for test in bounded)
+
+
+class Hardening(type(SYSTEM)):  # type: ignore[misc]
+    """Its outputs are a power of the lagging input; beyond some input it cannot be simulated."""
+
+    def __init__(self, power: int, most: float = math.inf) -> None:
+        self.step, self.inputs, self.outputs = SYSTEM.step, SYSTEM.inputs, SYSTEM.outputs
+        self.power, self.most = power, most
+
+    def simulate(self, inputs: np.ndarray) -> np.ndarray:
+        scaled = inputs / SYSTEM.inputs[0].high
+        if np.max(np.abs(scaled)) > self.most:
+            raise SimulationError("the motion diverged")
+        return np.concatenate([scaled[:1], scaled]) ** self.power
+
+
+def test_outputs_may_grow_as_those_of_a_model_that_hardens() -> None:
+    cell = scalar_cell(0.0, 0.01, 1.0, "cubic")
+    cube = replace(
+        cell, w=np.array([[0.0, 1.0, 0.0]], np.float32)
+    )  # of the input: it stays bounded
+    surrogate = surrogate_of(network_of(cube))
+    grown = [check_stability(surrogate, RECIPE, Hardening(power))[-1] for power in (1, 3)]
+    assert grown[0].growth == grown[1].growth > stability.GROWTH
+    assert "expected at most 10 times" in str(grown[0].problem)
+    assert grown[1].problem is None
+    beyond = check_stability(surrogate, RECIPE, Hardening(3, most=5.0))[-1]
+    assert "expected at most 10 times" in str(beyond.problem)  # nothing shows that it is right
 
 
 def test_network_that_does_not_forget_is_refused() -> None:
@@ -230,7 +260,8 @@ def test_problem_names_the_parameters_and_none_stays_none() -> None:
     known, factors = surrogate_of(network_of(scalar_cell(0.5))), {1.0, *AMPLITUDES}
     features = {f: stability.excited_features(known, RECIPE, SYSTEM, f) for f in factors}
     for pole, wanted in ((0.5, None), (1.5, "with mass = 2, ")):
-        found = stability._tests_at({"mass": 2.0}, AtAny(scalar_cell(pole)), features, RECIPE)  # type: ignore[arg-type]
+        any_value: Any = AtAny(scalar_cell(pole))
+        found = stability._tests_at({"mass": 2.0}, any_value, features, RECIPE, lambda _: 0.0)
         assert [test.problem and test.problem[:15] for test in found] == [wanted] * len(found)
 
 
@@ -337,6 +368,7 @@ def test_limits_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     strict = recipe_of(contraction_beyond=1e-4)
     assert all(test.problem is not None for test in examine(cell, strict))
     monkeypatch.setattr(stability, "GROWTH", 0.5)
+    monkeypatch.setattr(stability, "BESIDE_MODEL", 0.0)
     for test in examine(cell, RECIPE):
         grown = rf"outputs grow {test.growth:.3g} times as fast .* at most 0\.5 times"
         assert re.search(grown, str(test.problem))

@@ -133,6 +133,7 @@ def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
 
 def test_failure_names_the_corner(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stability, "GROWTH", 1e-3)
+    monkeypatch.setattr(stability, "BESIDE_MODEL", 1e-3)
     for test in check_stability(fit.surrogate, RECIPE, case_of(RECIPE).system):
         assert test.problem is not None
         assert test.problem.startswith("with mass = ")

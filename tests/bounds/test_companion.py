@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from slide_fmu.bounds import companion
-from slide_fmu.bounds.companion import COMPANION, Companion
+from slide_fmu.bounds.companion import COMPANION, Companion, is_accurate
 from slide_fmu.bounds.fit import fit_surrogate
 from slide_fmu.core.progress import Progress
 from slide_fmu.core.result_cache import DamagedFileError
@@ -127,3 +127,18 @@ def test_program_that_was_ended_is_told_with_what_remains(
         begun._first._program.kill()
         with refused(TrainingError, "a program of its own", "the same command goes on from here"):
             begun.of(replace(fit, histories={SURROGATE: fit.histories[SURROGATE]}))
+
+
+@pytest.mark.parametrize(
+    ("error", "beside", "enough"),
+    [
+        (0.013, 0.01, True),
+        (0.0131, 0.01, False),  # at large errors the bound follows
+        (0.0019, 0.001, True),
+        (0.0021, 0.001, False),
+        (0.0021, 0.0018, True),
+        (0.001, 0.0004, False),  # a very accurate surrogate has a companion that is so too
+    ],
+)
+def test_companion_is_accurate_enough(error: float, beside: float, enough: bool) -> None:
+    assert is_accurate(error, beside) == enough

@@ -452,11 +452,12 @@ def _gaps(record: Record) -> list[Finding]:
     longest = max(gaps, key=lambda gap: gap.length)
     lost = [round(gap.length / clock.step) - 1 for gap in gaps]
     singly = f"{lost.count(1)} of them singly"
-    missing = f", {sum(lost)} samples of {clock.step:.6g} s are missing, {singly}"
+    are = "is" if sum(lost) == 1 else "are"
+    missing = f", {_counted(sum(lost), 'sample')} of {clock.step:.6g} s {are} missing, {singly}"
     if clock.uneven:
         missing = ""
     fault = (
-        f"{len(gaps)} gaps{missing}; the longest has {longest.length:.6g} s behind "
+        f"{_counted(len(gaps), 'gap')}{missing}; the longest has {longest.length:.6g} s behind "
         f"{record.place(longest.sample)}, and the longest piece between gaps has "
         f"{clock.longest(len(record.time))} of {len(record.time)} samples"
     )
@@ -468,6 +469,10 @@ def _gaps(record: Record) -> list[Finding]:
     remedy = f"the record is cut there into pieces{more}"
     about = record.path, record.clock or ""
     return [Finding("gap", "remarked", *about, fault, "even times", remedy, keys)]
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _filling(lengths: Sequence[int]) -> tuple[str, dict[str, float]]:
@@ -482,7 +487,8 @@ def _filled(record: Record, _: str) -> Iterable[str]:
     gaps = lost_rows(record)
     if gaps:
         rows = sum(count for _, count in gaps)
-        yield f"{rows} lost samples in {len(gaps)} gaps are filled"
+        are = "is" if rows == 1 else "are"
+        yield f"{_counted(rows, 'lost sample')} in {_counted(len(gaps), 'gap')} {are} filled"
 
 
 def _uneven(record: Record, _: str) -> Iterable[str]:

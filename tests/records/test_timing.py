@@ -33,6 +33,11 @@ def test_gap_is_remarked_with_its_place_and_the_missing_samples() -> None:
     assert "the longest has 0.021 s behind sample 300 (line 301, t = 0.299 s)" in message
 
 
+def test_single_gap_is_told_in_the_singular() -> None:
+    message = the_one(examine([timed(STEP * np.delete(np.arange(1000), 300))]), "gap", "remarked")
+    assert "1 gap, 1 sample of 0.001 s is missing, 1 of them singly" in message
+
+
 def test_jitter_is_remarked_and_small_jitter_is_not() -> None:
     even, jitter = STEP * np.arange(2000), np.random.default_rng(9).normal(size=2000)
     assert examine([timed(even + 0.005 * STEP * jitter)]) == ()

@@ -156,6 +156,7 @@ def test_proposal_names_resonances_and_has_sines_near_them(spring: Path) -> None
     assert not asks_for_band(found)
 
 
+@pytest.mark.extended
 def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> None:
     written(spring, SPRING.replace("[x[1], u[0]", "[x[1] if x[1] > 0 else x[1], u[0]"))
     found = proposed(spring, step=0.02)
@@ -163,6 +164,7 @@ def test_proposal_names_the_line_that_accepts_one_state_alone(spring: Path) -> N
     assert "spring.py, line 10)" in remark
 
 
+@pytest.mark.extended
 def test_proposal_asks_for_working_frequencies_where_rates_limit_the_sines(spring: Path) -> None:
     spring.write_text(
         SPRING.replace("u, p):\n    return [x[1], u[0]", "u, p, du):\n    return [x[1], du[0]")

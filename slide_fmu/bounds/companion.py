@@ -42,8 +42,8 @@ ACCURATE = 1.3
 makes bounds wider, since its own error is most of the disagreement."""
 SMALL, OF_SMALL = 2e-3, 2.0
 """Up to the first validation error, relative to the outputs' deviation, the second ratio is small
-enough. On two masses that are fitted from known states, further attempts took half of the whole
-training, and found none that was better: 0.16 %, 0.30 % and 0.35 % beside 0.094 %."""
+enough. On two masses that are fitted from known states, further attempts found none that was
+better: 0.16 %, 0.30 % and 0.18 % beside the surrogate's 0.094 %."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ def test_record_with_a_gap_and_another_record_count_together(
     found, remarks = calibrate_fmu(fmu, RecordFiles(paths), {}, 0)
     assert found.values == pytest.approx(TRUE, abs=SAME)
     assert found.samples == (200 - 1) + (340 - 1) + (600 - 1) - 3 * surrogate.window.n_truncated
-    assert any("1 gaps, 60 samples" in remark for remark in remarks)
+    assert any("1 gap, 60 samples" in remark for remark in remarks)
 
 
 def test_outputs_that_are_missing_do_not_count_and_do_not_cut(

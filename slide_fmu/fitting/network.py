@@ -119,7 +119,7 @@ def fit_network(
     )
     resolved = recipe.model_copy(update={"network": fitted.table})
     histories = {**prepared.tried, part.stage: history}
-    return Fit(with_stable_cubes(surrogate, recipe, source), histories, resolved)
+    return Fit(with_stable_cubes(surrogate, work.case), histories, resolved)
 
 
 def learnt_ranges(outputs: FloatArray) -> FloatArray:

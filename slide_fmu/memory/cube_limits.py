@@ -14,12 +14,11 @@ from slide_fmu.memory.stability import check_stability, excited_features
 from slide_fmu.network.state_space.cell import MIXED_UNITS, Cell
 from slide_fmu.network.state_space.network import StateSpace
 from slide_fmu.network.state_space.polynomial import CellPolynomial
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.recipe.case import Case
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.base import Source
 
 
-def with_stable_cubes(surrogate: Surrogate, recipe: Recipe, source: Source) -> Surrogate:
+def with_stable_cubes(surrogate: Surrogate, case: Case) -> Surrogate:
     """Return a surrogate that passes the test of stability, if clipping its cubes sooner does it.
 
     The surrogate stays as it is if it passes, if clipping sooner does not help, or if that would
@@ -28,14 +27,14 @@ def with_stable_cubes(surrogate: Surrogate, recipe: Recipe, source: Source) -> S
     network = surrogate.network
     if not isinstance(network, StateSpace) or network.cell.activation != MIXED_UNITS:
         return surrogate
-    if _is_stable(surrogate, recipe, source):
+    if _is_stable(surrogate, case):
         return surrogate
     sooner = clipped_sooner(network)
-    features = excited_features(surrogate, recipe, source, 1.0)
+    features = excited_features(surrogate, case.recipe, case.source, 1.0)
     if not np.array_equal(network.run(features)[0], sooner.run(features)[0]):
         return surrogate
     other = replace(surrogate, network=sooner)
-    return other if _is_stable(other, recipe, source) else surrogate
+    return other if _is_stable(other, case) else surrogate
 
 
 def clipped_sooner(network: StateSpace) -> StateSpace:
@@ -67,5 +66,5 @@ def _halved(cell: Cell) -> Cell:
     return replace(cell, w=w, e=e)
 
 
-def _is_stable(surrogate: Surrogate, recipe: Recipe, source: Source) -> bool:
-    return all(test.problem is None for test in check_stability(surrogate, recipe, source))
+def _is_stable(surrogate: Surrogate, case: Case) -> bool:
+    return all(test.problem is None for test in check_stability(surrogate, case))

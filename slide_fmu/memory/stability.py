@@ -2,16 +2,15 @@
 
 Fading memory (contraction in the recipe and in the figures): runs from different states under the
 same inputs meet within one window; otherwise the window does not cover the response.
-Boundedness (growth): outputs grow at most by a given factor faster than the inputs, or than those
-of the model where these grow faster, as by a spring that hardens. Both are tested on sequences of
-the recipe's excitation at several amplitudes; this is not a proof.
+Boundedness (growth): an output grows at most by a given factor faster than the inputs, or than the
+same output of the model where that grows faster, as by a spring that hardens. Both are tested on
+sequences of the recipe's excitation at several amplitudes; this is not a proof.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
 
 import numpy as np
 
@@ -19,14 +18,17 @@ from slide_fmu.core.parameters import corners_of
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.data.answers import asked_of_sources
 from slide_fmu.data.draws import STABILITY, Stream, draw_inputs
+from slide_fmu.data.parameter_draws import case_at
 from slide_fmu.memory.decay_figures import finite
 from slide_fmu.network.base import Float32Array
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.recipe.case import Case
 from slide_fmu.recipe.model_rules import rules_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
 from slide_fmu.systems.base import Source, System
 from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.simulation import simulate
 
 SEQUENCES = 32
 """Number of input sequences for the test at every amplitude."""
@@ -39,8 +41,9 @@ GROWTH = 10.0
 """Boundedness: the largest allowed deviation of an output from its mean, relative to the largest
 one at the trained amplitude times the factor."""
 BESIDE_MODEL = 3.0
-"""Boundedness: outputs that grow faster may have this many times the model's deviation at the same
-amplitude. So far beyond its range no network is right; it must only stay finite and sensible."""
+"""Boundedness: an output that grows faster may have this many times the model's deviation at the
+same amplitude. So far beyond its range no network is right; it must only stay finite and
+sensible."""
 CONTRACTION = 0.02
 """Fading memory: the largest allowed difference of two runs from different states after the inputs
 of one window, relative to the output's standard deviation."""
@@ -59,8 +62,9 @@ class AmplitudeTest:
     Attributes:
         amplitude: factor on the excitation's amplitude.
         growth: largest deviation of an output from its mean at amplitude 1, relative to the
-            largest deviation there times the factor, of the worst output; 1 is proportional
-            growth, infinite stands for outputs that are not finite.
+            largest deviation there times the factor, of the output that is nearest to its limit or
+            farthest beyond it; 1 is proportional growth, infinite stands for outputs that are not
+            finite.
         differences: difference of two runs at the end of a window, relative to the output's
             standard deviation, of the worst output, one for each sequence, shape (R,); infinite if
             a run is not finite.
@@ -87,10 +91,8 @@ class StabilityFigures:
     passed: bool
 
 
-def check_stability(
-    surrogate: Surrogate, recipe: Recipe, system: Source
-) -> tuple[AmplitudeTest, ...]:
-    """Test a state-space surrogate at all amplitudes of its recipe, one test each.
+def check_stability(surrogate: Surrogate, case: Case) -> tuple[AmplitudeTest, ...]:
+    """Test a state-space surrogate at all amplitudes of the case's recipe, one test each.
 
     With physical parameters it is the worst test at the corners of their box, with inputs of the
     system at their start values. Other networks are not tested, since their memory is their
@@ -98,37 +100,36 @@ def check_stability(
     """
     if not isinstance(surrogate.network, StateSpace):
         return ()
+    source, recipe = case.source, case.recipe
     features = {
-        factor: excited_features(surrogate, recipe, system, factor)
+        factor: excited_features(surrogate, recipe, source, factor)
         for factor in {1.0, *recipe.stability.amplitudes}
     }
-    corners = tested_corners(system, surrogate, recipe) if surrogate.parameters else [{}]
-    count = WINDOWS * surrogate.window.n_in
-    model_growth = cache(partial(simulated_growth, system, recipe, count))
-    of_corners = [
-        _tests_at(corner, surrogate, features, recipe, model_growth) for corner in corners
-    ]
+    corners = tested_corners(source, surrogate, recipe) if surrogate.parameters else [{}]
+    of_corners = [_tests_at(corner, surrogate, features, case) for corner in corners]
     return tuple(max(tests, key=_badness) for tests in zip(*of_corners, strict=True))
 
 
 def _tests_at(
-    corner: Mapping[str, float],
+    corner: dict[str, float],
     surrogate: Surrogate,
     features: Mapping[float, Float32Array],
-    recipe: Recipe,
-    model_growth: Callable[[float], float],
+    case: Case,
 ) -> list[AmplitudeTest]:
-    """Test a surrogate with values of its parameters, and features by their amplitude.
-
-    ``model_growth`` gives the growth of the model's outputs at an amplitude.
-    """
-    network, cause = surrogate.at(corner).network, rules_of(recipe).words.lasting_memory
+    """Test a surrogate with values of its parameters, and features by their amplitude."""
+    network, recipe = surrogate.at(corner).network, case.recipe
     assert isinstance(network, StateSpace)
+    names = [signal.name for signal in surrogate.outputs]
+    count = WINDOWS * surrogate.window.n_in
+
+    def model_growth(factor: float) -> FloatArray:
+        return simulated_growth(case.source, case, corner, count, factor)
+
     # a network that diverges overflows: the test reports it, so numpy need not warn
     with np.errstate(over="ignore", invalid="ignore"):
         unit, _ = network.run(features[1.0])
     tests = [
-        _test(network, features[factor], (factor, unit), recipe, cause, model_growth)
+        _test(network, features[factor], (factor, unit), recipe, names, model_growth)
         for factor in recipe.stability.amplitudes
     ]
     where = ", ".join(f"{name} = {value:g}" for name, value in corner.items())
@@ -180,14 +181,14 @@ def _test(
     features: Float32Array,
     reference: tuple[float, Float32Array],
     recipe: Recipe,
-    cause: str,
-    model_growth: Callable[[float], float],
+    names: Sequence[str],
+    model_growth: Callable[[float], FloatArray],
 ) -> AmplitudeTest:
     """Test boundedness along whole sequences, and fading memory in their second window.
 
     Features have the shape (R, WINDOWS n_in, n_features). The reference has the factor on the
-    amplitude and the outputs at amplitude 1. ``cause`` ends the problem: it is a possible cause of
-    a memory without end.
+    amplitude and the outputs at amplitude 1. ``names`` are those of the outputs, and
+    ``model_growth`` gives the growth of each output of the model, (n_outputs,), at an amplitude.
     """
     (factor, unit), n = reference, network.n_samples
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -203,12 +204,16 @@ def _test(
         gap = np.square((own - other)[:, -NEWEST:], dtype=np.float64).mean(axis=1)
         ratio = np.sqrt(gap) / _at_least_tiny(own.std(axis=(0, 1), dtype=np.float64))
         differences = np.nan_to_num(ratio, nan=np.inf, posinf=np.inf).max(axis=1)
-        growth = float(np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf).max())
-    of_model = model_growth(factor) if GROWTH < growth < np.inf else 0.0
-    limit = max(GROWTH, BESIDE_MODEL * of_model)
+        growths = np.nan_to_num(peak / (factor * largest), nan=np.inf, posinf=np.inf)
+    limits = np.full(len(growths), GROWTH)
+    # no model makes outputs that are not finite right, so that it need not be simulated
+    if growths.max() > GROWTH and np.isfinite(growths).all():
+        limits = np.maximum(limits, BESIDE_MODEL * model_growth(factor))
+    output = int(np.argmax(growths / limits))
+    growth, limit = float(growths[output]), float(limits[output])
     worst = int(np.argmax(differences))
     pair = np.stack([own[worst], other[worst]]).astype(np.float64)
-    problem = _problem(factor, (growth, limit), differences, recipe, cause)
+    problem = _problem(factor, names[output], (growth, limit), differences, recipe)
     return AmplitudeTest(factor, growth, differences, pair, problem)
 
 
@@ -218,20 +223,24 @@ def _at_least_tiny(values: FloatArray) -> FloatArray:
 
 
 def _problem(
-    factor: float, grown: tuple[float, float], gaps: FloatArray, recipe: Recipe, cause: str
+    factor: float, output: str, grown: tuple[float, float], gaps: FloatArray, recipe: Recipe
 ) -> str | None:
-    """Describe the limit that a test exceeds; None if it passes. A limit comes with the growth."""
+    """Describe the limit that a test exceeds; None if it passes.
+
+    ``grown`` has the growth of an output and its limit.
+    """
     growth, most = grown
     if not growth <= most:
         return (
-            f"at {factor:g} times the trained amplitude outputs grow {growth:.3g} times as fast "
-            f"as the inputs; expected at most {most:.3g} times"
+            f"at {factor:g} times the trained amplitude output {output!r} grows {growth:.3g} "
+            f"times as fast as the inputs; expected at most {most:.3g} times"
         )
     # beyond the trained amplitude single pairs may stay apart, so the median pair decides
     beyond = factor > 1
     gap = float(np.median(gaps) if beyond else np.max(gaps))
     limit = recipe.stability.contraction_beyond if beyond else CONTRACTION
     if not gap <= limit:
+        cause = rules_of(recipe).words.lasting_memory
         which = "the median pair" if beyond else "the worst pair"
         return (
             f"at {factor:g} times the trained amplitude two runs from different states still "
@@ -267,25 +276,30 @@ def excited_inputs(system: System, recipe: Recipe, count: int, factor: float) ->
 
 
 @asked_of_sources
-def simulated_growth(system: System, recipe: Recipe, count: int, factor: float) -> float:
-    """Return the growth of the system's own outputs, defined as that of a network.
+def simulated_growth(
+    system: System, case: Case, values: dict[str, float], count: int, factor: float
+) -> FloatArray:
+    """Return the growth of each output of the model, (n_outputs,), defined as that of a network.
 
-    Physical parameters have their start values. The growth is 0, so that it allows nothing, where
-    the system cannot be simulated at this factor on the amplitude.
+    The model has ``values`` of its physical parameters, as the network beside it has. The growth
+    is 0, so that it allows nothing, where the model cannot be made or simulated with them at this
+    factor on the amplitude.
     """
     try:
+        own = case_at(case, values).system
         unit, large = (
-            np.array([system.simulate(inputs)[1:] for inputs in sequences])
+            np.array([simulate(own, inputs).outputs[1:] for inputs in sequences])
             for sequences in (
-                excited_inputs(system, recipe, count, amplitude)[:MODEL_SEQUENCES]
+                excited_inputs(system, case.recipe, count, amplitude)[:MODEL_SEQUENCES]
                 for amplitude in (1.0, factor)
             )
         )
     except SimulationError:
-        return 0.0
+        return np.zeros(len(system.outputs))
     middle = unit.mean(axis=(0, 1))
     largest = _at_least_tiny(np.abs(unit - middle).max(axis=(0, 1)))
-    return float((np.abs(large - middle).max(axis=(0, 1)) / (factor * largest)).max())
+    growth: FloatArray = np.abs(large - middle).max(axis=(0, 1)) / (factor * largest)
+    return growth
 
 
 @asked_of_sources

@@ -244,7 +244,7 @@ def examine_stability(job: Job, surrogate: Surrogate) -> tuple[AmplitudeTest, ..
     Raises:
         UnstableSurrogateError: the test failed, and the recipe does not allow that.
     """
-    tests = check_stability(surrogate, job.recipe, job.case.source)
+    tests = check_stability(surrogate, job.case)
     page = job.folder.path / STABILITY_REPORT
     page.unlink(missing_ok=True)
     if any(test.problem is not None for test in tests):

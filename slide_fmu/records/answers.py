@@ -10,6 +10,8 @@ from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from pathlib import Path
 
+import numpy as np
+
 from slide_fmu.core.figures import JsonObject
 from slide_fmu.core.measures import percent
 from slide_fmu.core.progress import Progress, Stages
@@ -207,9 +209,11 @@ def recorded_inputs(
 
 
 @stability.simulated_growth.register(MeasuredRecords)
-def unknown_growth(source: MeasuredRecords, recipe: Recipe, count: int, factor: float) -> float:
-    """Return 0: beyond records nothing is known, so they allow no growth."""
-    return 0.0
+def unknown_growth(
+    source: MeasuredRecords, case: Case, values: dict[str, float], count: int, factor: float
+) -> FloatArray:
+    """Return zeros, (n_outputs,): beyond records nothing is known, so they allow no growth."""
+    return np.zeros(len(source.outputs))
 
 
 @stability.tested_corners.register(MeasuredRecords)

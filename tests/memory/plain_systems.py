@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.systems.base import System
-from slide_fmu.systems.errors import SimulationError
+from slide_fmu.systems.errors import LoadError, SimulationError
 
 
 class Lag(System):
@@ -161,6 +161,26 @@ class Through(Lag):
 
     def simulate(self, inputs: FloatArray) -> FloatArray:
         return np.concatenate([inputs[:1], inputs])
+
+
+class Hardening(Lag):
+    """It answers at once: by a force with a cube, and by the force alone. It bears no more force
+    than a largest one, and is not made with a cube above another number."""
+
+    def __init__(
+        self, step: float = 0.05, cube: float = 0.0, most: float = math.inf, made: float = math.inf
+    ) -> None:
+        super().__init__(step)
+        if cube > made:
+            raise LoadError(f"cube = {cube:g}; expected at most {made:g}")
+        self.outputs = tuple(Signal(name, "m", -1.0, 1.0) for name in ("hard", "soft"))
+        self.cube, self.most = cube, most
+
+    def simulate(self, inputs: FloatArray) -> FloatArray:
+        if np.max(np.abs(inputs)) > self.most:
+            raise SimulationError(f"the force is above {self.most:g} N")
+        force = np.concatenate([inputs[:1], inputs])
+        return np.concatenate([force + self.cube * force**3, force], axis=1)
 
 
 class HighPass(Lag):

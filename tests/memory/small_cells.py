@@ -15,6 +15,7 @@ from slide_fmu.features.feature_map import FeatureMap
 from slide_fmu.network.base import Network
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
+from slide_fmu.network.state_space.polynomial import CellPolynomial
 from slide_fmu.recipe.case import case_of
 from slide_fmu.recipe.recipe import Recipe
 from slide_fmu.surrogate.surrogate import Surrogate
@@ -29,22 +30,26 @@ def recipe_of(**stability: Any) -> Recipe:
 
 
 RECIPE = recipe_of()
-SYSTEM = case_of(RECIPE).system
+CASE = case_of(RECIPE)
+SYSTEM = CASE.system
 
 
 INPUTS = FeatureMap(Differences(1))
 """Features that are the input."""
 
 
-def surrogate_of(network: Network, outputs: tuple[Signal, ...] = SYSTEM.outputs) -> Surrogate:
+def surrogate_of(
+    network: Network,
+    outputs: tuple[Signal, ...] = SYSTEM.outputs,
+    inputs: tuple[Signal, ...] = SYSTEM.inputs,
+) -> Surrogate:
     window = Window(*(getattr(RECIPE.window, name) for name in ("step", "n_in", "n_out")))
     return Surrogate(
-        "tiny", window, SYSTEM.inputs, outputs,
-        range_scaling(SYSTEM.inputs), range_scaling(outputs), network,
-    )  # fmt: skip
+        "tiny", window, inputs, outputs, range_scaling(inputs), range_scaling(outputs), network
+    )
 
 
-def network_of(cell: Cell) -> StateSpace:
+def network_of(cell: Cell | CellPolynomial) -> StateSpace:
     return StateSpace(cell, RECIPE.window.n_in, RECIPE.window.n_out, INPUTS)
 
 

@@ -10,7 +10,7 @@ from slide_fmu.memory.cube_limits import with_stable_cubes
 from slide_fmu.memory.stability import check_stability
 from slide_fmu.network.state_space.cell import Cell
 from slide_fmu.network.state_space.network import StateSpace
-from tests.memory.small_cells import RECIPE, SYSTEM, network_of, scalar_cell, surrogate_of
+from tests.memory.small_cells import CASE, network_of, scalar_cell, surrogate_of
 
 
 def mixed_cell(weight: float, effect: float) -> Cell:
@@ -19,12 +19,12 @@ def mixed_cell(weight: float, effect: float) -> Cell:
 
 
 def passes(cell: Cell) -> bool:
-    tests = check_stability(surrogate_of(network_of(cell)), RECIPE, SYSTEM)
+    tests = check_stability(surrogate_of(network_of(cell)), CASE)
     return all(test.problem is None for test in tests)
 
 
 def settled_cell(cell: Cell) -> Cell:
-    network = with_stable_cubes(surrogate_of(network_of(cell)), RECIPE, SYSTEM).network
+    network = with_stable_cubes(surrogate_of(network_of(cell)), CASE).network
     assert isinstance(network, StateSpace)
     return network.cell
 

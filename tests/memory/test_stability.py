@@ -13,7 +13,10 @@ import numpy as np
 import pytest
 
 from slide_fmu.core.figures import plain
+from slide_fmu.core.parameter_basis import ParameterBasis
 from slide_fmu.core.scaling import Affine
+from slide_fmu.core.signals import Signal
+from slide_fmu.core.window import Window
 from slide_fmu.data.draws import STABILITY, Stream, draw
 from slide_fmu.features.differences import Differences
 from slide_fmu.features.feature_map import FeatureMap
@@ -29,12 +32,15 @@ from slide_fmu.memory.stability import (
 from slide_fmu.network.feed_forward.network import FeedForward, Layer
 from slide_fmu.network.state_space.cell import Cell, Roles
 from slide_fmu.network.state_space.network import StateSpace
-from slide_fmu.recipe.recipe import Recipe
+from slide_fmu.network.state_space.polynomial import CellPolynomial
+from slide_fmu.recipe.case import Case, case_of
+from slide_fmu.recipe.recipe import ParameterRecipe, Recipe
+from slide_fmu.recipe.system import SystemRecipe
 from slide_fmu.report.learning_charts import stability_charts
 from slide_fmu.surrogate.surrogate import Surrogate
-from slide_fmu.systems.errors import SimulationError
 from tests.fmu.samples import CellShape, random_cell
 from tests.memory.small_cells import (
+    CASE,
     INPUTS,
     RECIPE,
     SYSTEM,
@@ -53,7 +59,7 @@ AMPLITUDES = (1.0, 2.0, 4.0, 10.0)
 
 
 def examine(cell: Cell, recipe: Recipe = RECIPE) -> tuple[AmplitudeTest, ...]:
-    return check_stability(surrogate_of(network_of(cell)), recipe, SYSTEM)
+    return check_stability(surrogate_of(network_of(cell)), CASE.with_recipe(recipe))
 
 
 def refusal(tests: tuple[AmplitudeTest, ...], recipe: Recipe = RECIPE) -> str:
@@ -117,7 +123,7 @@ def test_growth_and_differences_are_those_of_explicit_loops() -> None:
 def test_limit_is_allowed_and_more_is_not(
     factor: float, growth: float, gaps: list[float], limit: str | None
 ) -> None:
-    found = stability._problem(factor, (growth, 10.0), np.array(gaps), RECIPE, "")
+    found = stability._problem(factor, "x", (growth, 10.0), np.array(gaps), RECIPE)
     assert (found is None) == (limit is None)
     assert found is None or found.endswith(limit or "")
 
@@ -133,7 +139,7 @@ def test_network_that_explodes_is_refused(factor: float) -> None:
     assert message.startswith("surrogate 'tiny' is not exported: at 1 times the trained amplitude")
     assert "see runs/tiny/stability.html" in message
     assert "stability.allow_unstable = true" in message
-    assert ("grow inf times as fast" in message) == (factor > 2)
+    assert ("grows inf times as fast" in message) == (factor > 2)
     assert ("still differ by" in message) == (factor < 2)
     assert_drawn(tests)
 
@@ -144,7 +150,7 @@ def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
     assert tests[-1].problem is not None
     message = refusal(tests)
     assert "at 1 times" not in message
-    assert "at 10 times the trained amplitude outputs grow inf times as fast" in message
+    assert "at 10 times the trained amplitude output 'position' grows inf times as fast" in message
     assert "expected at most 10 times" in message
     assert "tanh units" in message
     assert_drawn(tests)
@@ -152,32 +158,67 @@ def test_cubic_units_that_blow_up_beyond_the_range_are_refused() -> None:
     assert all(test.problem is None for test in bounded)
 
 
-class Hardening(type(SYSTEM)):  # type: ignore[misc]
-    """Its outputs are a power of the lagging input; beyond some input it cannot be simulated."""
-
-    def __init__(self, power: int, most: float = math.inf) -> None:
-        self.step, self.inputs, self.outputs = SYSTEM.step, SYSTEM.inputs, SYSTEM.outputs
-        self.power, self.most = power, most
-
-    def simulate(self, inputs: np.ndarray) -> np.ndarray:
-        scaled = inputs / SYSTEM.inputs[0].high
-        if np.max(np.abs(scaled)) > self.most:
-            raise SimulationError("the motion diverged")
-        return np.concatenate([scaled[:1], scaled]) ** self.power
+def hardening_case(
+    values: dict[str, float], parameters: dict[str, ParameterRecipe] | None = None
+) -> Case:
+    """The recipe's motions of ``Hardening`` with values of its arguments."""
+    system = SystemRecipe(model="tests.memory.plain_systems:Hardening", parameters=dict(values))
+    changes = {"system": system, "parameters": parameters or {}}
+    return case_of(RECIPE.model_copy(update=changes))
 
 
-def test_outputs_may_grow_as_those_of_a_model_that_hardens() -> None:
-    cell = scalar_cell(0.0, 0.01, 1.0, "cubic")
-    cube = replace(
-        cell, w=np.array([[0.0, 1.0, 0.0]], np.float32)
-    )  # of the input: it stays bounded
-    surrogate = surrogate_of(network_of(cube))
-    grown = [check_stability(surrogate, RECIPE, Hardening(power))[-1] for power in (1, 3)]
-    assert grown[0].growth == grown[1].growth > stability.GROWTH
-    assert "expected at most 10 times" in str(grown[0].problem)
-    assert grown[1].problem is None
-    beyond = check_stability(surrogate, RECIPE, Hardening(3, most=5.0))[-1]
+def two_at_once(hard: float, soft: float) -> Cell:
+    """Two states without memory, u + hard u^3 and u + soft u^3, and an output of each."""
+    return Cell(
+        np.zeros((2, 2), np.float32), np.ones((2, 1), np.float32),
+        np.diag([hard, soft]).astype(np.float32),
+        np.tile(np.array([0.0, 0.0, 1.0, 0.0], np.float32), (2, 1)), np.eye(2, dtype=np.float32),
+        np.zeros((2, 1), np.float32), np.zeros(2, np.float32), "cubic",
+    )  # fmt: skip
+
+
+def examine_beside(cell: Cell | CellPolynomial, case: Case) -> AmplitudeTest:
+    """Test a cell of two outputs at ten times the amplitude, beside the model of a case."""
+    signals = case.system.outputs, case.system.inputs
+    return check_stability(surrogate_of(network_of(cell), *signals), case)[-1]
+
+
+def test_output_may_grow_as_that_of_a_model_that_hardens() -> None:
+    cube = two_at_once(1.0, 0.0)
+    soft, hard = (examine_beside(cube, hardening_case({"cube": value})) for value in (0.0, 1.0))
+    assert soft.growth == hard.growth > stability.GROWTH
+    assert "output 'hard' grows" in str(soft.problem)
+    assert "expected at most 10 times" in str(soft.problem)
+    assert hard.problem is None
+    beyond = examine_beside(cube, hardening_case({"cube": 1.0, "most": 5.0}))
     assert "expected at most 10 times" in str(beyond.problem)  # nothing shows that it is right
+
+
+def test_output_may_not_grow_as_another_output_of_the_model() -> None:
+    """Both outputs of the network harden; of the model, one does."""
+    test = examine_beside(two_at_once(1.0, 0.5), hardening_case({"cube": 1.0}))
+    alone = examine_beside(two_at_once(0.0, 0.5), hardening_case({"cube": 1.0}))
+    assert test.growth == alone.growth
+    for one in (test, alone):
+        assert "output 'soft' grows" in str(one.problem)
+        assert "expected at most 10 times" in str(one.problem)
+
+
+def test_model_beside_a_corner_has_the_values_of_the_corner() -> None:
+    """Only at the end of the range, and not at its start value, the model hardens."""
+    cubes = ParameterRecipe(range=(0.0, 1.0), start=0.0)
+    basis = ParameterBasis.of_degree((cubes.parameter("cube"),), 1)
+    middle, zero = two_at_once(0.5, 0.0), two_at_once(0.0, 0.0)
+    slope = zero.with_arrays({name: 0 * part for name, part in zero.arrays().items()})
+    slope = replace(slope, e=middle.e)  # 0.5 + 0.5 p, of p from -1 to 1
+    known = CellPolynomial(basis, (middle, slope))
+    assert np.array_equal(known.at(np.array([1.0])).e, two_at_once(1.0, 0.0).e)
+    alike = examine_beside(known, hardening_case({}, {"cube": cubes}))
+    assert alike.problem is None
+    # where the model cannot be made at a corner, nothing shows that the network is right there
+    other = examine_beside(known, hardening_case({"made": 0.5}, {"cube": cubes}))
+    assert str(other.problem).startswith("with cube = 1, at 10 times the trained amplitude output")
+    assert "output 'hard' grows" in str(other.problem)
 
 
 def test_network_that_does_not_forget_is_refused() -> None:
@@ -216,7 +257,7 @@ def test_large_constant_output_hides_nothing(value: float) -> None:
         for units in ("tanh", "cubic")
     )
     assert all(test.problem is None for test in bounded)
-    assert "outputs grow inf times as fast" in str(cubic[-1].problem)
+    assert "output 'position' grows inf times as fast" in str(cubic[-1].problem)
 
 
 def two_outputs(poles: tuple[float, float], sizes: tuple[float, float]) -> Cell:
@@ -237,7 +278,7 @@ def test_worst_output_counts_however_small_it_is(sizes: tuple[float, float]) -> 
 
     def examine_two(poles: tuple[float, float]) -> tuple[AmplitudeTest, ...]:
         surrogate = surrogate_of(network_of(two_outputs(poles, sizes)), outputs)
-        return check_stability(surrogate, RECIPE, SYSTEM)
+        return check_stability(surrogate, CASE)
 
     alone = examine(scalar_cell(0.9999))
     for one, both in zip(alone, examine_two((0.5, 0.9999)), strict=True):
@@ -257,11 +298,19 @@ def test_problem_names_the_parameters_and_none_stays_none() -> None:
         def at(self, corner: object) -> Surrogate:
             return self._of
 
+        @property
+        def outputs(self) -> tuple[Signal, ...]:
+            return self._of.outputs
+
+        @property
+        def window(self) -> Window:
+            return self._of.window
+
     known, factors = surrogate_of(network_of(scalar_cell(0.5))), {1.0, *AMPLITUDES}
     features = {f: stability.excited_features(known, RECIPE, SYSTEM, f) for f in factors}
     for pole, wanted in ((0.5, None), (1.5, "with mass = 2, ")):
         any_value: Any = AtAny(scalar_cell(pole))
-        found = stability._tests_at({"mass": 2.0}, any_value, features, RECIPE, lambda _: 0.0)
+        found = stability._tests_at({"mass": 2.0}, any_value, features, CASE)
         assert [test.problem and test.problem[:15] for test in found] == [wanted] * len(found)
 
 
@@ -313,17 +362,16 @@ def gated_cell(pole: float, effect: float, factor: float = 0.0) -> StateSpace:
 def test_gated_units_that_open_too_far_beyond_the_range_are_refused() -> None:
     """Half open they contract; wide open, as large inputs hold them, they grow without bound."""
     fine, wild = (
-        check_stability(surrogate_of(gated_cell(0.5, effect)), RECIPE, SYSTEM)
-        for effect in (0.3, 1.2)
+        check_stability(surrogate_of(gated_cell(0.5, effect)), CASE) for effect in (0.3, 1.2)
     )
     assert all(test.problem is None for test in fine)
-    assert "outputs grow" in str(wild[-1].problem)
+    assert "output 'position' grows" in str(wild[-1].problem)
     assert_drawn(wild)
 
 
 def test_factors_let_outputs_grow_faster_than_the_inputs() -> None:
     """With a factor that follows the input, as its square."""
-    tests = check_stability(surrogate_of(gated_cell(0.5, 0.0, factor=1e3)), RECIPE, SYSTEM)
+    tests = check_stability(surrogate_of(gated_cell(0.5, 0.0, factor=1e3)), CASE)
     for test in tests:
         assert test.growth == pytest.approx(test.amplitude, rel=0.3)
 
@@ -343,9 +391,7 @@ def test_records_are_seen_through_the_features() -> None:
         d=np.concatenate([cell.d, column], 1),
     )
     other = StateSpace(wide, window.n_in, window.n_out, both)
-    found, expected = (
-        check_stability(surrogate_of(one), RECIPE, SYSTEM) for one in (network, other)
-    )
+    found, expected = (check_stability(surrogate_of(one), CASE) for one in (network, other))
     for one, two in zip(found, expected, strict=True):
         assert one.growth == pytest.approx(two.growth, rel=ROUNDED)
         assert one.differences == pytest.approx(two.differences, rel=ROUNDED, abs=1e-6)
@@ -370,7 +416,7 @@ def test_limits_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stability, "GROWTH", 0.5)
     monkeypatch.setattr(stability, "BESIDE_MODEL", 0.0)
     for test in examine(cell, RECIPE):
-        grown = rf"outputs grow {test.growth:.3g} times as fast .* at most 0\.5 times"
+        grown = rf"'position' grows {test.growth:.3g} times as fast .* at most 0\.5 times"
         assert re.search(grown, str(test.problem))
         assert test.growth == pytest.approx(1.0, rel=2 * MEAN_OF_RECORDS)
 
@@ -393,5 +439,5 @@ def test_stability_figures_are_those_of_the_median_and_of_the_worst_pair() -> No
 def test_networks_with_a_window_for_their_memory_are_not_tested() -> None:
     layer = Layer(np.ones((8, 48), np.float32), np.zeros(8, np.float32), "identity")
     surrogate = surrogate_of(FeedForward((layer,), 48, INPUTS))
-    assert check_stability(surrogate, tiny_recipe(), SYSTEM) == ()
+    assert check_stability(surrogate, case_of(tiny_recipe())) == ()
     require_stability((), tiny_recipe(), "nowhere.png")

@@ -119,11 +119,10 @@ def test_figures_and_report_tell_the_errors_by_values(found: Validation) -> None
 
 
 def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
-    system = case_of(RECIPE).system
-    tests = check_stability(fit.surrogate, RECIPE, system)
+    case = case_of(RECIPE)
+    tests = check_stability(fit.surrogate, case)
     corners = [
-        check_stability(fit.surrogate.at(corner), RECIPE, system)
-        for corner in corners_of(RECIPE.physical())
+        check_stability(fit.surrogate.at(corner), case) for corner in corners_of(RECIPE.physical())
     ]
     assert len(tests) == len(RECIPE.stability.amplitudes)
     for index, test in enumerate(tests):
@@ -134,7 +133,7 @@ def test_stability_is_that_of_the_worst_corner(fit: Fit) -> None:
 def test_failure_names_the_corner(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stability, "GROWTH", 1e-3)
     monkeypatch.setattr(stability, "BESIDE_MODEL", 1e-3)
-    for test in check_stability(fit.surrogate, RECIPE, case_of(RECIPE).system):
+    for test in check_stability(fit.surrogate, case_of(RECIPE)):
         assert test.problem is not None
         assert test.problem.startswith("with mass = ")
 

@@ -339,14 +339,13 @@ def train(
     """Train the network of a recipe, and its error estimator and bound."""
     with errors():
         require_training()
-    from slide_fmu.pipeline.job import checked, open_job
-    from slide_fmu.pipeline.stages import check_window, train_surrogate
+    from slide_fmu.pipeline.job import open_job
+    from slide_fmu.pipeline.stages import train_recipe
     from slide_fmu.report.console import print_sizes
 
     with progress_bars(GOES_ON) as bar:
-        job = open_job(recipe, runs, bar, seed, data_seed, tell=console.print)
-        check_window(checked(job))
-        figures = train_surrogate(job, threads).figures()
+        job = open_job(recipe, runs, bar, seed, data_seed, None, console.print)
+        figures = train_recipe(job, threads)
     write_json(json_path, figures)
     print_sizes(figures.sizes_tried, figures.explanations, console)
     show_remark(figures.remark)

@@ -109,7 +109,7 @@ def open_job(  # noqa: PLR0913 - its options are those of the subcommands
     bar: Stages,
     training_seed: int | None = None,
     data_seed: int | None = None,
-    patience: float = math.inf,
+    patience: float | None = math.inf,
     tell: Tell = silent,
     inputs_file: Path | None = None,
     quick: bool = False,
@@ -120,12 +120,13 @@ def open_job(  # noqa: PLR0913 - its options are those of the subcommands
     depends on it, and the FMU names it, too.
 
     The training seed replaces the seeds of initialisation and order of windows; the data seed
-    replaces the seed of the trajectories. The search for lengths ends after the patience, in s.
-    The job shows sentences by ``tell``. A quick run has a folder of its own in the run folder.
+    replaces the seed of the trajectories. The search for lengths ends after the patience, in s;
+    with None there is no search, only what an earlier one has kept in the run folder. The job
+    shows sentences by ``tell``. A quick run has a folder of its own in the run folder.
 
     Raises:
         DamagedFileError: a file in the run folder is damaged.
-        RecipeError: the recipe cannot be used.
+        RecipeError: the recipe cannot be used; or it leaves lengths open that are not kept.
         StageError: its run folder is a file.
         LoadError, ShortWindowError, SimulationError, ValueError: as in ``resolved_lengths``.
     """
@@ -161,7 +162,7 @@ def job_of_text(
     runs: Path,
     bar: Stages,
     seeds: tuple[int | None, int | None] = (None, None),
-    patience: float = math.inf,
+    patience: float | None = math.inf,
     given: System | None = None,
     quick: bool = False,
 ) -> Job:
@@ -184,7 +185,13 @@ def job_of_text(
     is_open = any(key in LENGTHS for key in read.open_keys)
     if is_open:  # found for the recipe as written, so that other seeds keep the window
         check_case(case)
-        resolved, sizing = resolved_lengths(case, read.open_keys, folder.cache, patience)
+        if patience is not None:
+            resolved, sizing = resolved_lengths(case, read.open_keys, folder.cache, patience)
+        else:
+            known = kept_lengths(case, read.open_keys, folder.cache).read_json(FoundValues)
+            if known is None:
+                raise read.refusal()
+            resolved = known
         read = read.with_found(resolved, str(source))
     recipe = read.guess
     if training_seed is not None:
@@ -210,17 +217,22 @@ def resolved_lengths(
     system's motions, and kept there. If motions were left out because of the patience, in s, the
     lengths are not kept.
     """
-    recipe, source = case.recipe, case.source
-    tables = recipe.model_dump(mode="json", include=DECISIVE_FOR_LENGTHS)
-    model = model_key(cache, identity(source, recipe))
-    file = ResultFile.of(cache, "resolved", tables, recipe.total_count, open_keys, model)
+    file = kept_lengths(case, open_keys, cache)
     known = file.read_json(FoundValues)
     if known is not None:
         return known, None
-    lengths = lengths_of_case(source, case, open_keys, patience)
+    lengths = lengths_of_case(case.source, case, open_keys, patience)
     if lengths.sizing is None or lengths.sizing.left_out is None:
         file.write_json(lengths.values)
     return lengths.values, lengths.sizing
+
+
+def kept_lengths(case: Case, open_keys: tuple[str, ...], cache: Path) -> ResultFile:
+    """Return the file for the open lengths of a recipe and its model, in the folder ``cache``."""
+    recipe = case.recipe
+    tables = recipe.model_dump(mode="json", include=DECISIVE_FOR_LENGTHS)
+    model = model_key(cache, identity(case.source, recipe))
+    return ResultFile.of(cache, "resolved", tables, recipe.total_count, open_keys, model)
 
 
 @asked_of_sources

@@ -17,6 +17,7 @@ from slide_fmu.bounds.known_start import known_start, start_origin
 from slide_fmu.core.figures import optional
 from slide_fmu.core.files import write_whole
 from slide_fmu.data.answers import asked_of_sources
+from slide_fmu.data.trajectories import Trajectories
 from slide_fmu.data.workplace import Workplace
 from slide_fmu.fitting.history import Curve, SizeTrial, explanations_of
 from slide_fmu.memory.sizing import AnySizing, Sizing, require_window, size_window
@@ -206,6 +207,21 @@ def generate_data(job: Job, place: Workplace) -> DataFigures:
         seed=job.recipe.data.seed,
         learning_curve=curve if curve.points else None,
     )
+
+
+def train_recipe(job: Job, threads: int) -> TrainingFigures:
+    """Train a recipe on the trajectories of its run folder, and return the figures.
+
+    Raises:
+        RecipeError: the recipe leaves numbers of trajectories open that are not kept.
+        TrajectoryError: trajectories are missing.
+        ShortWindowError: the window is too short for the system.
+        TrainingError: a training diverged.
+    """
+    job.open_recipe.resolved()
+    Trajectories.of(job.case, job.folder.trajectories).require()
+    check_window(checked(job))  # only now, since it may take minutes
+    return train_surrogate(job, threads).figures()
 
 
 def train_surrogate(job: Job, threads: int = 1) -> Training:

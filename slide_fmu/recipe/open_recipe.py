@@ -83,7 +83,11 @@ class OpenRecipe:
         """
         if not self.open_keys:
             return self.guess
-        raise RecipeError(
+        raise self.refusal()
+
+    def refusal(self) -> RecipeError:
+        """Return the error of what needs a recipe without open keys."""
+        return RecipeError(
             f"recipe {self.guess.name!r} leaves {', '.join(self.open_keys)} to be found "
             '("auto", or not given); expected values here: slide-fmu run RECIPE finds them, or '
             "give them"

@@ -9,12 +9,14 @@ from typing import Any
 import pytest
 
 from slide_fmu.core.result_cache import DamagedFileError
+from slide_fmu.data.trajectories import TrajectoryError
 from slide_fmu.memory import motions
 from slide_fmu.pipeline import job as module
+from slide_fmu.pipeline import stages
 from slide_fmu.pipeline.export import ExportRequest, export
 from slide_fmu.pipeline.job import Job, checked, open_job, provenance
 from slide_fmu.pipeline.run_folder import StageError, TrainedSurrogate, recipe_of_provenance
-from slide_fmu.pipeline.stages import check_window, size_recipe
+from slide_fmu.pipeline.stages import check_window, generate_recipe, size_recipe, train_recipe
 from slide_fmu.recipe.recipe import RecipeError
 from tests.fmu.samples import sum_surrogate
 from tests.memory.plain_systems import Lag
@@ -203,6 +205,42 @@ def test_export_of_an_untrained_recipe_is_refused_before_lengths_are_looked_for(
     with refused(StageError, "no trained surrogate in", "lag; train it first"):
         export(request, no_stages)
     assert searches == []
+
+
+GIVEN = OPEN.replace("step = 0.05", "step = 0.05\nn_in = 60\nn_out = 20").replace(
+    "seed = 7", "seed = 7\nduration = 6.0\nburn_in = 3.0"
+)
+NO_NUMBER = GIVEN.split("[network]")[0].replace("train = 4\n", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "words"),
+    [
+        (OPEN, RecipeError, "leaves window.n_in, window.n_out, data.duration, data.burn_in to be"),
+        (NO_NUMBER, RecipeError, "leaves data.train to be found"),
+        (GIVEN, TrajectoryError, "4 of 4 trajectories of split 'train' are missing"),
+    ],
+)
+def test_training_without_data_is_refused_before_the_window_is_looked_at(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    text: str,
+    error: type[Exception],
+    words: str,
+) -> None:
+    searches = note_searches(monkeypatch)
+    monkeypatch.setattr(stages, "size_recipe", lambda job: searches.append(job))
+    with refused(error, words):
+        train_recipe(opened(tmp_path, text, patience=None), 1)
+    assert searches == []
+
+
+def test_training_goes_on_with_lengths_and_data_that_are_kept(tmp_path: Path) -> None:
+    generate_recipe(opened(tmp_path), 0, None)
+    job = opened(tmp_path, patience=None)
+    assert not job.folder.surrogate.exists()
+    assert train_recipe(job, 1).parameters > 0
+    assert job.folder.surrogate.exists()
 
 
 @pytest.mark.parametrize(

@@ -77,14 +77,18 @@ class Segments:
         return [self.chosen(slice(first, first + size)) for first in range(0, self.count, size)]
 
     def and_others(self, others: Segments, factor: float) -> Segments:
-        """Return these segments and others of the same lengths, with a factor on their weights."""
-        both = [part.phi for part in (self, others) if part.phi is not None]
+        """Return these segments and others of the same lengths, with a factor on their weights.
+
+        Raises:
+            ValueError: some of them have initial states, or parameters, and the others have none.
+        """
         return Segments(
             torch.cat([self.features, others.features], 1),
             torch.cat([self.targets, others.targets], 1),
             torch.cat([self.weights, factor * others.weights]),
-            torch.cat(both) if both else None,
+            _of_both("terms of the parameters", self.phi, others.phi),
             self.whitening,
+            _of_both("initial states", self.initial, others.initial),
         )
 
     def evened_out(self) -> Segments:
@@ -97,6 +101,21 @@ class Segments:
         usual = squares.mean().clamp_min(torch.finfo(squares.dtype).tiny)  # 0 if nothing moves
         weights = (2 / (1 + squares / usual)).sqrt()
         return replace(self, weights=self.weights * weights)
+
+
+def _of_both(
+    what: str, one: torch.Tensor | None, other: torch.Tensor | None
+) -> torch.Tensor | None:
+    """Return rows of segments, (B, columns), followed by those of others; None without any."""
+    if one is None or other is None:
+        if one is other:
+            return None
+        with_them, without = ("these", "the other") if other is None else ("the other", "these")
+        raise ValueError(
+            f"{with_them} segments have {what}, and {without} ones have none; expected them of "
+            "both, or of neither: give them to both"
+        )
+    return torch.cat([one, other])
 
 
 def cut_segments(

@@ -112,6 +112,20 @@ def test_others_come_after_with_a_factor_on_their_weights() -> None:
     assert others.weights.tolist() == [1, 2, 3]
 
 
+@pytest.mark.parametrize("name", ["initial", "phi"])
+def test_others_bring_what_belongs_to_them(name: str) -> None:
+    """States before the first feature, and terms of parameters: of both parts, or of neither."""
+    some, others = segments(2), segments(3)
+    own, foreign = torch.rand(2, 4), torch.rand(3, 4)
+    first, second = replace(some, **{name: own}), replace(others, **{name: foreign})
+    both = first.and_others(second, 0.1)
+    assert torch.equal(getattr(both, name), torch.cat([own, foreign]))
+    assert getattr(some.and_others(others, 0.1), name) is None
+    for one, other in ((first, others), (some, second)):
+        with refused(ValueError, "segments have", "have none", "give them to both"):
+            one.and_others(other, 0.1)
+
+
 def moving(spreads: list[float], samples: int = 30) -> Segments:
     """Two outputs that swing about 0.3 and -2, one segment for each spread."""
     swing = torch.arange(samples, dtype=torch.float64).mul(math.pi).cos()[:, None, None]

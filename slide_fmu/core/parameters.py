@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray, Signal
 from slide_fmu.core.units import behind
 
@@ -188,7 +189,7 @@ def _checked(parameter: Parameter, value: float | None) -> float:
     number = isinstance(value, int | float | np.number) and math.isfinite(value)
     if not number or not parameter.low - slack <= value <= parameter.high + slack:
         raise ValueError(
-            f"parameter {parameter.name!r} = {value!r}{behind(parameter.unit)}; expected a "
+            f"parameter {parameter.name!r} = {shown(value)}{behind(parameter.unit)}; expected a "
             "number in its "
             f"range, {parameter.low:g} .. {parameter.high:g}{behind(parameter.unit)}: outside, "
             "errors "

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from slide_fmu.core.shown import shown
+
 if TYPE_CHECKING:  # the command line reads the seed without what a recipe needs
     from slide_fmu.recipe.recipe import Recipe
 
@@ -52,7 +54,8 @@ class Task:
             raise ValueError(f"duration = {self.duration} s; expected a positive, finite time")
         if not 0 < self.amplitude[0] <= self.amplitude[1] < math.inf:
             raise ValueError(
-                f"amplitude = {self.amplitude}; expected two positive factors, smaller one first"
+                f"amplitude = {shown(self.amplitude)}; expected two positive factors, smaller one "
+                "first"
             )
 
     def duration_of(self, recipe: Recipe) -> float:

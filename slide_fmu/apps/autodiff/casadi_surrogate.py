@@ -11,6 +11,7 @@ from typing import final
 import casadi
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.fmu.native import NativeError, NativeSurrogate
 from slide_fmu.network.state_space.network import StateSpace
@@ -26,7 +27,7 @@ class CasadiSurrogate(casadi.Callback):  # type: ignore[misc]
     ) -> None:
         if not isinstance(samples, int | np.integer) or samples < 1:
             raise ValueError(
-                f"samples: {samples!r}; expected a whole number of at least 1, its length"
+                f"samples: {shown(samples)}; expected a whole number of at least 1, its length"
             )
         if not isinstance(surrogate.network, StateSpace):
             raise NativeError(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slide_fmu.core.shown import shown
 from slide_fmu.importer.description import is_multiple
 
 EXPLICIT, IMPLICIT = ("jacobi", "gauss_seidel"), ("fixed_point", "newton")
@@ -61,7 +62,7 @@ class CouplingOptions:
         for name, (other, choices) in NEEDED.items():
             if name in given and getattr(options, other) not in choices:
                 raise ValueError(
-                    f"{name} = {given[name]!r} has no effect with {other} = "
+                    f"{name} = {shown(given[name])} has no effect with {other} = "
                     f"{getattr(options, other)!r}; expected {other} as one of {list(choices)}: "
                     f"choose one of them, or leave {name} out"
                 )
@@ -86,14 +87,16 @@ class CouplingOptions:
             value = getattr(self, name)
             number = isinstance(value, int | float | np.number)
             if not number or not (np.isfinite(value) and value > 0):
-                raise ValueError(f"{name} = {value!r}; expected a positive number")
+                raise ValueError(f"{name} = {shown(value)}; expected a positive number")
         if self.tolerance > MOST_TOLERANCE:
             raise ValueError(
                 f"tolerance = {self.tolerance:g}; expected at most {MOST_TOLERANCE:g}: with more, "
                 "inputs and their sources would not agree"
             )
         if not isinstance(self.iterations, int | np.integer) or self.iterations < 1:
-            raise ValueError(f"iterations = {self.iterations!r}; expected a whole number above 0")
+            raise ValueError(
+                f"iterations = {shown(self.iterations)}; expected a whole number above 0"
+            )
         for name, what in (("moving", "components"), ("record", "COMPONENT.VARIABLE")):
             if isinstance(given := getattr(self, name), str):
                 raise ValueError(f"{name} = {given!r}; expected a list of {what}")

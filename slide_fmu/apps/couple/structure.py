@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slide_fmu.core.given_numbers import given_numbers
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
 from slide_fmu.importer.description import REALS, read_description, require_co_simulation
@@ -69,7 +70,7 @@ class ValueFunction:
         single = isinstance(value, np.ndarray) and value.size == 1
         if not (single or isinstance(value, numbers.Real)) or not math.isfinite(value):
             raise ValueError(
-                f"input {self.name!r} = {value!r} at {time:.9g} s; expected a finite number"
+                f"input {self.name!r} = {shown(value)} at {time:.9g} s; expected a finite number"
             )
         return float(value)
 
@@ -197,7 +198,7 @@ def _require_number(name: str, value: Any, kind: str) -> None:
     """Refuse a number that is not finite, and a fraction for a whole number."""
     if not isinstance(value, numbers.Real):
         if kind in (*REALS, "Float32"):
-            raise ValueError(f"{name} = {value!r}; expected a finite number")
+            raise ValueError(f"{name} = {shown(value)}; expected a finite number")
         return
     if not math.isfinite(value):
         raise ValueError(f"{name} = {value}; expected a finite number")

@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping
 from fmpy.model_description import ModelVariable
 from fmpy.simulation import settable_in_initialization_mode, settable_in_instantiated
 
+from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import Hold, Signal
 from slide_fmu.systems.declared import (
     DeclaredParameter,
@@ -159,8 +160,8 @@ def require_parameters(file: FmuFile, parameters: Mapping[str, Parameter]) -> No
         variable = variables[name]
         if not _fits(variable, value):
             raise LoadError(
-                f"FMU {file.path.name!r}: parameter {name!r} = {value!r}; expected a value of the "
-                f"type {variable.type}",
+                f"FMU {file.path.name!r}: parameter {name!r} = {shown(value)}; expected a "
+                f"value of the type {variable.type}",
                 name,
             )
 

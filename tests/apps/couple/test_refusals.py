@@ -56,6 +56,8 @@ def test_wrong_connection_is_refused(
         ({"method": "jacobi", "control": "predictor"}, ("'predictor'", "'halving'")),
         ({"stop": 0.015}, ("1.5 steps", "whole number")),
         ({"step": -0.01}, ("step = -0.01", "positive")),
+        ({"tolerance": np.float64(-1.0)}, ("tolerance = -1.0", "positive")),
+        ({"error": np.float64(0.01)}, ("error = 0.01 has no effect", "'halving'")),
         ({"error": 0.01}, ("error = 0.01 has no effect", "control = None", "'halving'")),
         ({"extrapolation": "zero"}, ("extrapolation = 'zero' has no effect", "'newton'", "leave")),
         ({"method": "jacobi", "iterations": 9}, ("iterations = 9 has no effect", "'newton'")),

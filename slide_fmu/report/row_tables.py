@@ -80,6 +80,9 @@ where that cannot be judged."""
 TOO_FEW = f"too few motions to tell ({{count}} of {FEWEST})"
 """What is said of inputs of which too few motions were measured."""
 
+TOO_FEW_OF_CELLS = f"too few motions in each cell to tell (at most {{count}} of {FEWEST})"
+"""What is said of lasting tones if that is so of each amplitude and frequency."""
+
 HELD = (
     "Inputs in range, held out and beyond the range are held over h, as in the training; at this "
     "step the importer says so by `inputs_held` = 1. All others act at their own times, but jump "
@@ -173,7 +176,8 @@ def _judged_cells(rows: Iterable[Row]) -> str:
     cells = [row for row in rows if row.tones is not None and row.is_at(row.call, 1.0)]
     judged = [row for row in cells if row.valid is not None]
     if not judged:
-        return judgement_on(cells[0]) if cells else ""
+        few = [row.trajectories for row in cells if row.harmful is not None]
+        return TOO_FEW_OF_CELLS.format(count=max(few)) if few else ""
     return f"valid in {sum(bool(row.valid) for row in judged)} of {len(judged)} cells"
 
 

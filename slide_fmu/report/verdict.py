@@ -264,7 +264,7 @@ def _validity(rows: Sequence[Row]) -> Fact | None:
         f"{sum(learnt)} of {len(learnt)} kinds of its training."
     )
     text += f" For {far} of them it is {FAR}." if far else ""
-    text += f" {few} more have too few motions to tell." if few else ""
+    text += f" {few} more {'has' if few == 1 else 'have'} too few motions to tell." if few else ""
     return Fact("Validity", value, text, all(good) and not far)
 
 

@@ -52,6 +52,14 @@ def test_cells_are_no_rows_of_the_table_of_kinds() -> None:
     assert card_table(ROWS).rows[-1][-1] == "valid in 1 of 2 cells"
 
 
+def test_kind_of_cells_with_too_few_motions_tells_the_most_of_a_cell() -> None:
+    few = [tone((1.0, 2.0), SMALL, trajectories=3), tone((2.0, 5.0), SMALL, trajectories=4)]
+    whole = row(ALL, TONES, trajectories=7)
+    (line,) = card_table([whole, *few]).rows
+    assert (line[1], line[-1]) == ("7", "too few motions in each cell to tell (at most 4 of 12)")
+    assert card_table([without_bound(inputs=ALL, group=TONES)]).rows[0][-1] != line[-1]
+
+
 def test_without_tones_there_is_no_table_and_without_a_bound_no_coverage() -> None:
     assert tone_table(MEASURED) == ReportTable.of((), ())
     assert tone_maps(MEASURED) == []

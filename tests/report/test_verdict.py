@@ -224,7 +224,9 @@ def test_validity_expects_nothing_of_kinds_that_no_training_saw() -> None:
 def test_validity_counts_kinds_with_too_few_motions_apart() -> None:
     number = facts(row(), row("steps"), row("ramps", trajectories=3))["Validity"]
     assert number.value == "1 of 1"
-    assert number.text.endswith(" 1 more have too few motions to tell.")
+    assert number.text.endswith(" 1 more has too few motions to tell.")
+    more = facts(row(), row("steps"), row("ramps", trajectories=3), row("rest", trajectories=3))
+    assert more["Validity"].text.endswith(" 2 more have too few motions to tell.")
 
 
 def test_a_large_error_is_no_good_sign_even_where_it_is_usual() -> None:

@@ -16,6 +16,8 @@ from tests.systems.exudyn_models import LOAD, OSCILLATOR, SPRING, model, system_
 
 TO_FORCE = '"force": {"unit": "N", '
 LOAD_7 = 'mbs.AddLoad(item.LoadCoordinate("force", 7))'
+NO_DIRECTION = """mbs.AddLoad(item.Force("force", mbs.AddMarker(
+        item.MarkerNodePosition(nodeNumber=mbs.AddNode(item.NodePointGround()))), [0, 0, 0]))"""
 OWN_LOAD = LOAD.replace("mark", "mark, loadUserFunction=lambda *_: 1.0")
 OWN_SPRING = f"{SPRING[:-1]}, springForceUserFunction=lambda *_: "
 MISTAKES = [
@@ -39,6 +41,7 @@ MISTAKES = [
     ("def build(mbs, p):", "def build(mbs, p):\n    return None", "added no object", "expected"),
     (LOAD, "mbs.SetPreStepUserFunction(lambda mbs, t: True)", "pre-step user", "expected none"),
     (LOAD, LOAD_7, "ModelError: ", "invalid marker number 7"),
+    (LOAD, NO_DIRECTION, "the vector of the load of that name is [0.0, 0.0, 0.0]", "give load"),
     (LOAD, OWN_LOAD, "has a user function", "expected none"),
     (SPRING, OWN_SPRING + "[][1])", "IndexError", "line 17"),
     (SPRING, OWN_SPRING + "float('nan'))", "= nan", "expected"),

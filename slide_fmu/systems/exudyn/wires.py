@@ -246,7 +246,7 @@ def _direction(name: str, vector: Any) -> list[float]:
     length = float(np.linalg.norm(vector))
     if not length > 0:
         raise LoadError(
-            f"input {name!r}: the vector of the load of that name is {shown(list(vector))}; expected "
-            "the direction in which the input acts: give loadVector"
+            f"input {name!r}: the vector of the load of that name is {shown(list(vector))}; "
+            "expected the direction in which the input acts: give loadVector"
         )
     return [float(part) / length for part in vector]

@@ -14,8 +14,8 @@ from slide_fmu.systems.loading import kind_module, load_system
 from slide_fmu.systems.simulation import simulate
 from slide_fmu.systems.specification import Specification
 from tests.benchmarks.unprepared.fmu_calls import Answer
-from tests.benchmarks.unprepared.judge import figures_of
-from tests.benchmarks.unprepared.kinds import KINDS, Band, Drawn, Motion
+from tests.benchmarks.unprepared.judge import Case, figures_of, row_of
+from tests.benchmarks.unprepared.kinds import KINDS, Band, Drawn, Motion, after_a_past
 from tests.benchmarks.unprepared.models import MODELS, Wanted
 from tests.benchmarks.unprepared.truths import truths_of
 
@@ -85,3 +85,29 @@ def test_call_without_a_counted_sample_is_refused() -> None:
     nothing = Answer(np.zeros((3, 1)), np.zeros(3, dtype=bool))
     with pytest.raises(ValueError, match="0 samples count"):
         figures_of([nothing], [np.zeros((3, 1))], np.ones(1))
+
+
+def test_samples_with_several_responses_do_not_count_and_are_told() -> None:
+    truth, other = np.array([[0.0], [1.0], [2.0], [3.0]]), np.array([[9.0], [1.1], [2.0], [3.0]])
+    case = Case("steps", [], [truth], [np.stack([truth, other])])
+    single = case.one_response(np.array([1.0]))
+    assert single[0].tolist() == [False, False, True, True]
+    answer = Answer(truth + 0.5, np.arange(4) > 0)
+    found = row_of([answer], [truth], single, np.array([1.0]))
+    assert found["several"] == pytest.approx(1 / 3)
+    assert found["samples"] == 2
+    assert row_of([answer], [truth], [np.zeros(4, dtype=bool)], np.ones(1)) == {
+        "samples": 0,
+        "several": 1.0,
+    }
+
+
+@pytest.mark.parametrize("name", ["steps", "chirps"])
+def test_motion_after_a_past_is_the_same_but_later(name: str) -> None:
+    motion = KINDS[name].motion(RANGES, np.random.default_rng(0), BAND)
+    later = after_a_past(motion, 2.0, np.random.default_rng(1), BAND)
+    times = np.linspace(0.001, BAND.duration, 400)
+    assert np.array_equal(later(times + 2.0), motion(times + 2.0 - 2.0))
+    assert np.all(np.ptp(later(times[times < 2.0]), axis=0) > 0.9 * np.ptp(RANGES, axis=1))
+    assert later.drawn.breaks[0] == 2.0
+    assert len(later.drawn.breaks) == len(motion.drawn.breaks) + 1

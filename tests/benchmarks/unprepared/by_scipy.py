@@ -65,14 +65,16 @@ class _Equations:
 
 
 def by_scipy(model: Model, wanted: Wanted, motions: Sequence[Motion]) -> list[FloatArray]:
-    """Integrate a function; motions without breaks together, where its equations take arrays."""
+    """Integrate a function; motions with the same breaks together, where arrays are taken."""
     module = model.module()
     wanted.require(module.inputs, module.outputs)
     order = [wanted.inputs.index(name) for name in module.inputs]
     equations = _Equations(module, SimpleNamespace(**module.parameters), order)
-    smooth = [m for m in motions if not len(m.drawn.breaks)] if equations.take_many() else []
-    groups = [smooth] if smooth else []
-    groups += [[m] for m in motions if m not in smooth]
+    together: dict[object, list[Motion]] = {}
+    for motion in motions:
+        key = motion.drawn.breaks.tobytes() if equations.take_many() else motion
+        together.setdefault(key, []).append(motion)
+    groups = list(together.values())
     columns = [list(module.outputs).index(name) for name in wanted.outputs]
     done = {}
     for group in groups:

@@ -11,8 +11,13 @@ Motions start from rest under their first inputs, and are three windows long. Ca
     simulate     ``slide_fmu.simulate`` at h/4; it has no bound, and no inputs that jump
 
 FMUs with held inputs have ``known`` and ``predict`` where inputs change at their own steps, and
-no ``simulate``. Samples count when a whole window has passed, and ``window_filled`` and
-``error_bound_filled`` are 1. Over all counted samples of a kind:
+no ``simulate``. Samples count when a whole window has passed, ``window_filled`` and
+``error_bound_filled`` are 1, and the model has one response there: nobody can tell from inputs
+which of several it gives. So each motion is simulated again after ``--pasts`` other pasts, each a
+window long; where an output then differs by more than 1 % of its level in all kinds, there are
+several. Over all counted samples of a kind:
+
+    several     share of samples that do not count since there are several responses
 
     rmse        of each output: RMS of the error / RMS of the truth about its mean over the kind
     rmse_all    the same about its mean over all kinds that were judged
@@ -29,7 +34,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,12 +52,14 @@ from slide_fmu.report.table import ReportTable
 from tests.benchmarks.figures_out import measure_and_write
 from tests.benchmarks.seeds import UNPREPARED
 from tests.benchmarks.unprepared.fmu_calls import QUARTERS, WITH_BOUND, Answer, Judged
-from tests.benchmarks.unprepared.kinds import KINDS, NATURES, Band, Motion
+from tests.benchmarks.unprepared.kinds import KINDS, NATURES, Band, Motion, after_a_past
 from tests.benchmarks.unprepared.models import MODELS, Wanted
 from tests.benchmarks.unprepared.truths import truths_of
 
 TONES = "lasting_tones"
 """The kind whose motions have figures of their own."""
+SAME = 0.01
+"""Responses after other pasts are the same within this part of an output's level."""
 TINY = np.finfo(np.float64).tiny
 
 
@@ -71,11 +78,26 @@ class Figures:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A Case is a kind of input with its motions and true outputs at quarters of steps."""
+    """A Case is a kind of input with its motions and true outputs at quarters of steps.
+
+    Attributes:
+        kind: its name.
+        motions: all that are judged.
+        truths: outputs of each motion, (N, n_outputs).
+        others: the same after each of some other pasts, (pasts, N, n_outputs).
+    """
 
     kind: str
     motions: list[Motion]
     truths: list[FloatArray]
+    others: list[FloatArray]
+
+    def one_response(self, level: FloatArray) -> list[Any]:
+        """Return, for each motion, whether all pasts give the same response, (N,)."""
+        return [
+            (np.abs(others - truth) <= SAME * level).all(axis=(0, 2))
+            for others, truth in zip(self.others, self.truths, strict=True)
+        ]
 
     @property
     def nature(self) -> str:
@@ -122,6 +144,30 @@ def figures_of(
     )
 
 
+def row_of(
+    answers: Sequence[Answer],
+    truths: Sequence[FloatArray],
+    single: Sequence[Any],
+    level: FloatArray,
+) -> dict[str, Any]:
+    """Return the figures of a call where the model has one response, and how often it has several.
+
+    Args:
+        answers, truths, level: as for ``figures_of``.
+        single: whether the model has one response at each sample of each motion, (N,).
+
+    Raises:
+        ValueError: no sample counts.
+    """
+    before = np.concatenate([one.counted for one in answers])
+    kept = [replace(a, counted=a.counted & mask) for a, mask in zip(answers, single, strict=True)]
+    left = np.concatenate([one.counted for one in kept])
+    several = 1.0 - left.sum() / max(before.sum(), 1)
+    if several == 1.0:
+        return {"samples": 0, "several": 1.0}
+    return {"several": float(several), **plain(figures_of(kept, truths, level))}
+
+
 def measure(given: argparse.Namespace, bar: Stages) -> dict[str, Any]:
     """Judge an FMU on the chosen kinds."""
     with unpacked(given.fmu) as files:
@@ -133,15 +179,18 @@ def measure(given: argparse.Namespace, bar: Stages) -> dict[str, Any]:
         level = rms(every - every.mean(axis=0))
         advance, rows, tones = bar("calls"), [], []
         for done, case in enumerate(cases, start=1):
+            single = case.one_response(level)
             for call in judged.calls(case.motions[0], case.nature):
                 answers = [judged.answer(call, motion) for motion in case.motions]
                 first = 4 if call == "predict" else 0
                 truths = [y[first :: QUARTERS[call]] for y in case.truths]
-                figures = plain(figures_of(answers, truths, level))
+                masks = [one[first :: QUARTERS[call]] for one in single]
+                figures = row_of(answers, truths, masks, level)
                 rows.append({"kind": case.kind, "nature": case.nature, "call": call, **figures})
                 if case.kind == TONES and call in WITH_BOUND:
-                    for motion, answer, y in zip(case.motions, answers, truths, strict=True):
-                        one = plain(figures_of([answer], [y], level))
+                    for motion, *own in zip(case.motions, answers, truths, masks, strict=True):
+                        answer, y, mask = own
+                        one = row_of([answer], [y], [mask], level)
                         tones.append({**motion.drawn.about, "call": call, **one})
             advance(done, len(cases))
     console = Messages(file=sys.stderr, highlight=False)
@@ -166,18 +215,29 @@ def cases_of(given: argparse.Namespace, judged: Judged, bar: Stages) -> list[Cas
     """Return the chosen kinds with their motions and truths."""
     model, duration = MODELS[given.model], judged.steps * judged.step
     wanted = Wanted(judged.inputs, judged.outputs, judged.times)
+    ahead = judged.surrogate.window.n_in
+    lead = ahead * judged.step
+    longer = replace(wanted, times=np.arange(4 * (judged.steps + ahead) + 1) * (judged.step / 4))
     ranges = [(signal.low, signal.high) for signal in judged.surrogate.inputs]
     advance, cases = bar("true outputs"), []
     names = given.kind or list(KINDS)
     for done, name in enumerate(names, start=1):
         about = (*model.band, judged.step, duration, model.resonances)
-        motions = []
+        motions, after = [], []
         for index in range(KINDS[name].count):
             seed = given.seed, list(KINDS).index(name), index
             band = Band(*about, index, given.on_grid)
             motions.append(KINDS[name].motion(ranges, np.random.default_rng(seed), band))
+            for past in range(given.pasts):
+                rng = np.random.default_rng((*seed, 1 + past))
+                after.append(after_a_past(motions[-1], lead, rng, band))
         key = (name, given.seed, about, given.on_grid, ranges)
-        cases.append(Case(name, motions, truths_of(model, wanted, motions, given.cache, key)))
+        truths = truths_of(model, wanted, motions, given.cache, key)
+        others = truths_of(model, longer, after, given.cache, (key, lead, given.pasts))
+        kept = np.array(others).reshape(
+            len(motions), given.pasts, len(longer.times), len(wanted.outputs)
+        )
+        cases.append(Case(name, motions, truths, list(kept[:, :, 4 * ahead :])))
         advance(done, len(names))
     return cases
 
@@ -186,7 +246,16 @@ def tables_of(
     rows: Sequence[dict[str, Any]], tones: Sequence[dict[str, Any]]
 ) -> list[ReportTable]:
     """Return the tables of all kinds, of lasting tones one by one, and of the natures of kinds."""
-    figures = "rmse", "rmse all", "covered", "worst", "trusted", "silent", "error / bound"
+    figures = (
+        "several",
+        "rmse",
+        "rmse all",
+        "covered",
+        "worst",
+        "trusted",
+        "silent",
+        "error / bound",
+    )
     kinds = [[row["kind"], row["nature"], row["call"], *_cells(row)] for row in rows]
     each = [
         [f"{t['hertz']:.4g}", f"{t['amplitude']:.2g}", str(t["input"]), t["call"], *_cells(t)]
@@ -195,7 +264,7 @@ def tables_of(
     means = []
     for nature in NATURES:
         for call in WITH_BOUND:
-            part = [r for r in rows if (r["nature"], r["call"]) == (nature, call)]
+            part = [r for r in rows if (r["nature"], r["call"]) == (nature, call) and r["samples"]]
             if part and "covered" in part[0]:
                 means.append([nature, call, str(len(part)), *_mean_cells(part)])
     heading = "nature", "call", "kinds", "rmse", "covered", "least", "trusted", "silent", "most"
@@ -209,7 +278,9 @@ def tables_of(
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    found = [percent(max(row["rmse"])), percent(max(row["rmse_all"]))]
+    if not row["samples"]:
+        return [percent(row["several"]), *[""] * 7]
+    found = [percent(row["several"]), percent(max(row["rmse"])), percent(max(row["rmse_all"]))]
     if "covered" not in row:
         return [*found, "", "", "", "", ""]
     shares = np.mean(row["covered"]), min(row["covered"]), row["trusted"], row["silent"]
@@ -235,6 +306,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("fmu", type=Path, help="FMU that slide-fmu made of it")
     found.add_argument("--kind", action="append", choices=KINDS, help="once or several times")
     found.add_argument("--cache", type=Path, help="folder that keeps the true outputs")
+    found.add_argument("--pasts", type=int, default=2, help="other pasts; 0: all samples count")
     found.add_argument("--windows", type=float, default=3.0, help="length of each motion")
     found.add_argument("--on-grid", action="store_true", help="levels change at steps of the FMU")
     found.add_argument("--seed", type=int, default=UNPREPARED)

@@ -9,7 +9,7 @@ time, with the times at which they jump or bend, for solvers. Natures of kinds a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -139,6 +139,30 @@ class Kind:
         return Motion(Drawn(drawn.parts, breaks, drawn.about, drawn.on_grid), limits)
 
 
+def after_a_past(motion: Motion, lead: float, rng: np.random.Generator, band: Band) -> Motion:
+    """Return a motion that comes later by a lead in s, after tones near a resonance in all inputs.
+
+    A machine with several responses to the same inputs has another one then, mostly: the tones
+    reach the whole range, so that they leave it in full motion.
+    """
+    n = len(motion.ranges)
+    f = near_a_resonance(rng, band)
+    past = sines(np.ones((n, 1)), f, rng.uniform(0, 2 * np.pi, (n, 1)))
+
+    def parts(t: FloatArray) -> FloatArray:
+        own = motion.drawn.parts(np.maximum(t - lead, 0.0))
+        return np.asarray(np.where(t[:, None] < lead, past(t), own))
+
+    breaks = np.concatenate([[lead], lead + motion.drawn.breaks])
+    return Motion(replace(motion.drawn, parts=parts, breaks=breaks), motion.ranges)
+
+
+def near_a_resonance(rng: np.random.Generator, band: Band) -> float:
+    """Draw a frequency in Hz within 10 % of the resonance whose turn it is."""
+    at = [f for f in band.resonances if f <= band.top] or [band.middle]
+    return float(min(at[band.index % len(at)] * rng.uniform(0.9, 1.1), band.top))
+
+
 KINDS: dict[str, Kind] = {}
 """All kinds by name; the number of a kind in this order is part of its seed."""
 
@@ -214,8 +238,7 @@ def two_tones(duration: float, n: int, rng: np.random.Generator, band: Band) -> 
 @kind("smooth")
 def near_resonance(duration: float, n: int, rng: np.random.Generator, band: Band) -> Drawn:
     """A sine within 10 % of a resonance, at 20, 60 or 100 % of the range, in one input."""
-    at = [f for f in band.resonances if f <= band.top] or [band.middle]
-    f = min(at[band.index % len(at)] * rng.uniform(0.9, 1.1), band.top)
+    f = near_a_resonance(rng, band)
     a = np.zeros((n, 1))
     a[band.index % n] = (0.2, 0.6, 1.0)[band.index % 3]
     return Drawn(sines(a, f, rng.uniform(0, 2 * np.pi, (n, 1))))

@@ -23,7 +23,7 @@ import whole_car
 learnt = slide.run("docs/tutorials/lower_half.toml")
 
 # %%
-# The upper half is a body of 25 kg. `slide-fmu reference` writes its model itself as an FMU.
+# The upper half is a body of 40 kg. `slide-fmu reference` writes its model itself as an FMU.
 upper = "runs/upper_half.fmu"
 command = ["slide_fmu", "reference", "docs/tutorials/upper_half.toml", "-o", upper]
 subprocess.run([sys.executable, "-m", *command], check=True, capture_output=True)

@@ -3,7 +3,7 @@
 inputs = {"force": {"unit": "N", "range": [-9000.0, 9000.0]}}
 outputs = {"position": {"unit": "m", "range": [-0.1, 0.1]}}
 hold = "zero_order"  # the force is constant over each step
-parameters = {"mass": 25.0}  # kg
+parameters = {"mass": 40.0}  # kg
 start = [0.0, 0.0]  # height in m, velocity in m/s
 
 

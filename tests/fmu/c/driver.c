@@ -27,6 +27,9 @@
 
 static const size_t LARGEST_BLOCK = (size_t)1 << 26;
 
+/* The first bytes of a state have lengths and places; behind them, each STRIDE-th is damaged. */
+enum { EVERY_UNTIL = 1024, STRIDE = 13 };
+
 static void step_once(const SlidePayload *payload) {
     SlideModel model;
     SlideState state;
@@ -209,7 +212,7 @@ static int roll_back(fmi2Component from, fmi2Component to) {
     if (status == fmi2OK) {
         status = fmi2SetFMUstate(to, copy);
     }
-    for (size_t i = 0; i < size; ++i) {
+    for (size_t i = 0; i < size; i += i < EVERY_UNTIL ? 1 : STRIDE) {
         fmi2FMUstate damaged = NULL;
         bytes[1 + i] ^= 0x10;
         fmi2DeSerializeFMUstate(to, bytes + 1, size, &damaged);
@@ -267,7 +270,7 @@ static int make_calls(const char *uri, const char *guid) {
 
 /* Some steps of several lengths from whatever state there is; each may be refused. */
 static void step_anyhow(fmi2Component c) {
-    static const double lengths[] = {0.005, 0.01, 0.003, 0.005, 0.0001, 1.0, 0.005};
+    static const double lengths[] = {0.005, 0.01, 0.003, 0.005, 0.0001, 0.2, 0.005};
     for (size_t i = 0; i < sizeof lengths / sizeof lengths[0]; ++i) {
         double time = 0, value;
         fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &time);
@@ -287,7 +290,8 @@ static void step_anyhow(fmi2Component c) {
 }
 
 /* A saved state carries no checksum: whatever an importer does to it, no step may leave its arrays.
- * The mode stays: with another one every call would be refused. */
+ * The mode stays: with another one every call would be refused. Each word takes a pattern, those at
+ * the begin, where lengths and places stand, all of them. */
 static int damage(const char *uri, const char *guid) {
     static const unsigned char patterns[] = {0xFF, 0x7F, 0x80, 0x01};
     fmi2Component c = start(uri, guid);
@@ -303,6 +307,9 @@ static int damage(const char *uri, const char *guid) {
     const size_t header = 72, mode = header + offsetof(SlideHead, mode);
     for (size_t place = header; place + 8 <= size; place += 8) {
         for (size_t i = 0; place != mode && i < sizeof patterns; ++i) {
+            if (place >= EVERY_UNTIL && place / 8 % sizeof patterns != i) {
+                continue;
+            }
             memset((char *)bad + place, patterns[i], 8);
             fmi2SetFMUstate(c, bad);
             step_anyhow(c);

@@ -40,10 +40,15 @@ def read_limited(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
         KeyError: there is none of this name.
         LargeMemberError: it is larger; nothing was read.
     """
+    require_size(archive, name, most)
+    return archive.read(name)
+
+
+def require_size(archive: zipfile.ZipFile, name: str, most: int) -> None:
+    """Refuse a member of more than so many bytes before it is read; errors as above."""
     size = archive.getinfo(name).file_size
     if size > most:
         raise LargeMemberError(f"{name} has {size} bytes; expected at most {most}")
-    return archive.read(name)
 
 
 def open_archive(path: Path, outside: bool = False) -> zipfile.ZipFile:

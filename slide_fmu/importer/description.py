@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from slide_fmu.core.zip_directory import open_archive
+from slide_fmu.core.zip_directory import open_archive, read_limited, require_size
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 
 if TYPE_CHECKING:  # fmpy is of the extra "run": who only imports this module needs none
@@ -18,6 +19,9 @@ Interface = Literal["co_simulation", "model_exchange"]
 
 REALS = ("Real", "Float64")
 """Types of real variables in double precision, of FMI 2.0 and FMI 3.0."""
+
+MOST_BYTES = 100_000_000
+"""A model description has at most so many bytes: enough for some 100 000 variables."""
 
 WHOLE = 1e-6
 """Allowed rounding of a step from a multiple of an FMU's own step."""
@@ -32,29 +36,84 @@ def read_description(path: Path, validate: bool = True) -> ModelDescription:
 
     Raises:
         FmuError: the file is not an FMU, or is one of FMI 1.0, or its model description cannot be
-            read.
+            read, or lacks what no importer can do without.
     """
-    import fmpy
-
     try:
-        open_archive(path).close()  # it refuses what fmpy would read, or unpack elsewhere
-        with path.open("rb") as file:  # fmpy does not close a file that it cannot read
-            return fmpy.read_model_description(file, validate=validate)
+        description = _read(path, validate)
     except Exception as error:  # fmpy raises bare Exception, lxml a SyntaxError, dicts a KeyError
         if _is_of_fmi_1(path):
             raise FmuError(
                 f"{path} is of FMI 1.0; expected FMI 2.0 or 3.0: export it again"
             ) from None
         raise FmuError(
-            f"{path} is not an FMU that can be read: {error}; expected an FMU: replace it"
+            f"{path} is not an FMU that can be read: {_reason(path, error)}; expected an FMU: "
+            "replace it"
         ) from error
+    if (fault := next(_faults(description), None)) is not None:
+        raise FmuError(
+            f"{path} is not an FMU that can be run: in its modelDescription.xml, {fault}: export "
+            "it again, or ask who made it"
+        )
+    return description
+
+
+def _read(path: Path, validate: bool) -> ModelDescription:
+    import fmpy
+
+    with open_archive(path) as archive:  # it refuses what fmpy would read, or unpack elsewhere
+        require_size(archive, "modelDescription.xml", MOST_BYTES)
+    with path.open("rb") as file:  # fmpy does not close a file that it cannot read
+        return fmpy.read_model_description(file, validate=validate)
+
+
+def _reason(path: Path, error: Exception) -> str:
+    """Say why a description cannot be read: fmpy stumbles over some faults, which schemas name."""
+    from fmpy.model_description import ValidationError
+
+    stumbled = isinstance(error, AttributeError | IndexError | TypeError | ValueError | KeyError)
+    if not stumbled or "modelDescription.xml" in str(error):
+        return str(error)
+    try:
+        _read(path, validate=True)
+    except ValidationError as named:
+        return str(named)
+    except Exception:  # of schemas and reader, none has words for it
+        pass
+    return (
+        "its modelDescription.xml is no model description of FMI 2.0 or 3.0, or refers to "
+        f"variables that it does not have ({type(error).__name__}: {error})"
+    )
+
+
+def _faults(description: ModelDescription) -> Iterator[str]:
+    """Say what is missing, or no number, without which no FMU can be instantiated and set up."""
+    token = "instantiationToken" if is_fmi_3(description) else "guid"
+    if getattr(description, token) is None:
+        yield f"{token} is missing; expected that of its library"
+    for name, offer in offered_interfaces(description).items():
+        if not offer.modelIdentifier:
+            yield f"modelIdentifier is missing for {name}; expected the name of its library"
+    numbers = {
+        f"{key} of the default experiment": getattr(description.defaultExperiment, key, None)
+        for key in ("startTime", "stopTime", "stepSize")
+    }
+    for one in description.modelVariables:
+        if one.type in (*REALS, "Float32") and not one.dimensions:
+            keys = ("start", "min", "max", "nominal")
+            numbers.update({f"{key} of {one.name!r}": getattr(one, key) for key in keys})
+    for what, text in numbers.items():
+        try:
+            float(text or 0.0)
+        except ValueError:
+            yield f"{what} is {text!r}; expected a number"
 
 
 def _is_of_fmi_1(path: Path) -> bool:
     """Return whether an FMU that fmpy cannot read is of FMI 1.0."""
     try:
         with open_archive(path) as archive:
-            version = re.search(rb'fmiVersion\s*=\s*"1\.', archive.read("modelDescription.xml"))
+            text = read_limited(archive, "modelDescription.xml", MOST_BYTES)
+            version = re.search(rb'fmiVersion\s*=\s*"1\.', text)
     except (OSError, KeyError, zipfile.BadZipFile):
         return False
     return version is not None

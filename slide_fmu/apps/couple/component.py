@@ -268,18 +268,32 @@ class Component:
             CoSimulationError: one is not a finite number.
         """
         values = self._outputs.get()
-        if not all(map(math.isfinite, values)):
-            name = self.outputs[int(np.argmin(np.isfinite(values)))]
-            raise CoSimulationError(
-                f"component {self.name!r}: {name} is not finite; expected a number: either the "
-                "coupling is unstable at this step, and a shorter one or the method newton may "
-                "help, or the FMU itself fails, which it does alone too"
-            )
+        self._require_finite(self.outputs, values)
         return np.array(values, dtype=np.float64)
 
     def watch(self) -> list[float]:
-        """Return the values of the watched variables; a Boolean is 0 or 1."""
-        return self._watched.get()
+        """Return the values of the watched variables; a Boolean is 0 or 1.
+
+        Raises:
+            CoSimulationError: an output is not a finite number; other variables may be none.
+        """
+        values = self._watched.get()
+        if not all(map(math.isfinite, values)):
+            causes = {one.name: one.causality for one in self.description.modelVariables}
+            both = zip(self.watched, values, strict=True)
+            outputs = {name: value for name, value in both if causes[name] == "output"}
+            self._require_finite([*outputs], [*outputs.values()])
+        return values
+
+    def _require_finite(self, names: Sequence[str], values: Sequence[float]) -> None:
+        if all(map(math.isfinite, values)):
+            return
+        number = int(np.argmin(np.isfinite(values)))
+        raise CoSimulationError(
+            f"component {self.name!r}: {names[number]} is not finite ({values[number]:g}); "
+            "expected a number: either the coupling is unstable at this step, and a shorter one "
+            "or the method newton may help, or the FMU itself fails, which it does alone too"
+        )
 
     def _slopes(self) -> FloatArray:
         """Return the derivatives of the outputs by the linked inputs, (n_outputs, n_linked)."""

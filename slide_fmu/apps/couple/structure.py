@@ -15,7 +15,12 @@ from slide_fmu.core.given_numbers import given_numbers
 from slide_fmu.core.shown import shown
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.core.suggestions import or_meant
-from slide_fmu.importer.description import REALS, read_description, require_co_simulation
+from slide_fmu.importer.description import (
+    REALS,
+    experiment,
+    read_description,
+    require_co_simulation,
+)
 from slide_fmu.importer.errors import CoSimulationError, FmuError
 
 BOOLEAN = "Boolean"
@@ -262,12 +267,14 @@ def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = Fals
     )
     if variable not in known:
         shown = [one for one in known if causalities][:12]
-        expected = f"one of its real scalars {shown}" if shown else "a variable that it has"
+        expected = f"one of its real scalars {shown}" if shown else "a real scalar, or another one"
         what = causalities[0] if len(causalities) in (1, 2) else "variable"
-        raise ValueError(
-            f"component {name!r} has no {what} {variable!r}; expected {expected}"
-            f"{or_meant(variable, known)}"
-        )
+        found = f"component {name!r} has no {what} {variable!r}"
+        for other in system.descriptions[name].modelVariables:
+            if other.name == variable:
+                array = "an array " if other.dimensions else ""
+                found += f", which is {array}of type {other.type} and causality {other.causality}"
+        raise ValueError(f"{found}; expected {expected}{or_meant(variable, known)}")
     return Pin(name, variable)
 
 
@@ -277,8 +284,8 @@ def default_step(system: CoupledSystem) -> float:
     Raises:
         ValueError: none names one.
     """
-    experiments = [one.defaultExperiment for one in system.descriptions.values()]
-    steps = [float(one.stepSize) for one in experiments if one is not None and one.stepSize]
+    named = [experiment(one, "stepSize") for one in system.descriptions.values()]
+    steps = [step for step in named if step is not None and step > 0]
     if not steps:
         raise ValueError("no FMU names a step; expected a communication step in s: give --step")
     return max(steps)

@@ -101,6 +101,23 @@ def test_motion_that_leaves_all_ranges_is_an_error_at_its_moment(
     assert np.abs(kept.values["b.drive"][:-1]).max() <= 100.0 < np.abs(kept.values["b.drive"][-1])
 
 
+@pytest.mark.parametrize("value", ["NAN", "-INFINITY"])
+@pytest.mark.parametrize("linked", [True, False])
+def test_output_that_is_no_number_ends_the_run_where_it_begins(
+    tmp_path: Path, linked: bool, value: str
+) -> None:
+    """Whether another FMU takes it, or it is for the table alone."""
+    bad = f"if (begin > {AT - 1e-6}) {{ lag->level = {value}; }}"
+    fmus = {"a": build_strict_lag(tmp_path / "bad.fmu", at_step=bad)}
+    fmus["b"] = build_strict_lag(tmp_path / "fine.fmu")
+    links = [("a.level", "b.drive")] if linked else [("b.level", "a.drive")]
+    with refused(StoppedRunError, "component 'a'", "level is not finite", "number") as found:
+        slide.couple(fmus, links, step=STEP, stop=STOP)
+    kept = found.value.values  # type: ignore[attr-defined]
+    np.testing.assert_allclose(kept.time[-1], AT)
+    assert all(np.isfinite(values).all() for values in kept.values.values())
+
+
 def test_functions_of_a_session_are_run_here_with_a_remark(tmp_path: Path) -> None:
     fmu = build_strict_lag(tmp_path / "lag.fmu")
     found = slide.couple(

@@ -217,9 +217,11 @@ def read_npy(path: Path, choice: Choice) -> RecordTable:
         if fields:
             arrays = {field: loaded[field] for field in fields}
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        pickled = "pickle" in str(error) or "Object" in str(error)  # whose advice is unsafe
+        reason = "it has objects, or is none of numpy's files" if pickled else str(error)
         raise RecordError(
-            f"{choice.path}: {error}; expected a file of numpy that is whole, with numbers: write "
-            "it again"
+            f"{choice.path}: {reason}; expected a file of numpy that is whole, with numbers: "
+            "write it again"
         ) from error
     return table_of(_columns(arrays), choice)
 

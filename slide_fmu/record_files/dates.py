@@ -14,17 +14,23 @@ from slide_fmu.core.signals import FloatArray
 Kind = Literal["stamp", "date", "clock", "lapse"]
 """A stamp has date and time of day, a clock the time of day alone, a lapse counts from a start."""
 
-_DATE = r"(?:\d{4}-\d\d?-\d\d?|\d\d?[./-]\d\d?[./-]\d{4})"
-_CLOCK = r"\d\d?:\d\d(?::\d\d(?:[.,]\d+)?)?"
+MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_DATE = (
+    r"(?:\d{4}[./-]\d\d?[./-]\d\d?|\d\d?[./-]\d\d?[./-]\d{4}"
+    rf"|\d\d?\.\d\d?\.\d\d|\d\d?/\d\d?/\d\d|\d\d?-(?i:{'|'.join(MONTHS)})-\d{{4}})"
+)
+_CLOCK = r"\d\d?:\d\d(?::\d\d(?:[.,]\d+|:\d{3})?)?(?:\s?[AaPp]\.?[Mm]\.?)?"
 PATTERNS: dict[Kind, re.Pattern[str]] = {
     "stamp": re.compile(rf"{_DATE}[T ]{_CLOCK}\s?(?:Z|UTC|[-+]\d\d:?\d\d)?"),
     "date": re.compile(_DATE),
     "clock": re.compile(_CLOCK),
     "lapse": re.compile(rf"-?\d+ days?,?(?: \+?{_CLOCK})?"),
 }
-"""Patterns of texts that are times. Dates are as of ISO 8601, or end with the year."""
+"""Patterns of texts that are times. Dates begin or end with the year, which may have two digits
+at the end; hours may be those of half a day."""
 
-ENDS_WITH_YEAR = r"(\d\d?)[./-](\d\d?)[./-](\d{4})"
+ENDS_WITH_YEAR = r"(\d\d?)[./-](\d\d?)[./-](\d{4}|\d\d(?!\d))"
+OF_HALF_A_DAY = r"^(.*?)(\d\d?)(:[\d:.]+)\s?([AaPp])\.?[Mm]\.?$"
 
 DAY = 86_400.0
 """A day in s; a clock that falls by half of it has passed midnight."""
@@ -54,6 +60,7 @@ def seconds_of(series: Any, kind: Kind) -> FloatArray:
     texts = series.astype("string").str.strip()
     texts = texts.where(texts.str.fullmatch(PATTERNS[kind].pattern).fillna(False))
     texts = texts.str.replace(",", "." if kind != "lapse" else "", regex=False)
+    texts = _of_whole_days(texts.str.replace(r"(?<=:\d\d):(\d{3})", r".\1", regex=True))
     if kind in ("clock", "lapse"):
         short = texts.str.fullmatch(r"\d\d?:\d\d").fillna(False)
         lapses = pandas.to_timedelta(texts.where(~short, texts + ":00"), errors="coerce")
@@ -62,26 +69,49 @@ def seconds_of(series: Any, kind: Kind) -> FloatArray:
     return since_first(_stamps(pandas, texts))
 
 
+def _of_whole_days(texts: Any) -> Any:
+    """Return texts with hours from 0 to 23, where AM and PM told those of half a day apart."""
+    parts = texts.str.extract(OF_HALF_A_DAY)
+    halved = parts[0].notna()
+    if not halved.any():
+        return texts
+    later = parts[3].str.lower() == "p"
+    hours = parts[1].astype("Int64") % 12 + 12 * later.astype("Int64")
+    whole = parts[0] + hours.astype("string").str.zfill(2) + parts[2]
+    return texts.where(~halved, whole)
+
+
 def _stamps(pandas: Any, texts: Any) -> Any:
     """Return dates of texts as times of pandas.
 
-    Where the year stands last, the day comes first, unless that is no date. If both orders are
+    Where the year stands last, the day comes first, unless that is no date. If several orders are
     possible and no point separates them, the one counts with which the record is shorter.
     """
     parts = texts.str.extract(f"^{ENDS_WITH_YEAR}(.*)$")
     if parts[0].isna().all():
         return _parsed(pandas, texts)
-    day_first = _parsed(pandas, parts[2] + "-" + parts[1] + "-" + parts[0] + parts[3])
+    first, second, last, clock = (parts[number] for number in range(4))
+    is_short = last.str.len() == 2
+    year = last.where(~is_short, "20" + last)
+    day_first = _parsed(pandas, year + "-" + second + "-" + first + clock)
     if texts.str.contains(r"^\d+\.", regex=True).any():
         return day_first
-    month_first = _parsed(pandas, parts[2] + "-" + parts[0] + "-" + parts[1] + parts[3])
-    lost, other = day_first.isna().sum(), month_first.isna().sum()
-    spans = [times.max() - times.min() for times in (day_first, month_first)]
-    is_day_first = lost < other or (lost == other and spans[0] <= spans[1])
-    return day_first if is_day_first else month_first
+    orders = [day_first, _parsed(pandas, year + "-" + first + "-" + second + clock)]
+    if is_short.all():
+        orders.append(
+            _parsed(pandas, "20" + first.str.zfill(2) + "-" + second + "-" + last + clock)
+        )
+    return min(orders, key=lambda times: (times.isna().sum(), times.max() - times.min()))
 
 
 def _parsed(pandas: Any, texts: Any) -> Any:
+    texts = texts.str.replace(r"^(\d{4})[./](\d\d?)[./]", r"\1-\2-", regex=True)
+    named = texts.str.extract(r"^(\d\d?)-([A-Za-z]{3})-(\d{4})(.*)$")
+    if named[0].notna().any():
+        numbers = {name: f"{number + 1:02d}" for number, name in enumerate(MONTHS)}
+        month = named[1].str.lower().map(numbers).astype("string")
+        whole = named[2] + "-" + month + "-" + named[0] + named[3]
+        texts = texts.where(named[0].isna(), whole)
     padded = texts.str.replace(r"(?<=-)(\d)(?=-|[T ]|$)", r"0\1", regex=True)
     padded = padded.str.replace(r"(?<=[T ])(\d)(?=:)", r"0\1", regex=True)
     return pandas.to_datetime(padded, format="ISO8601", errors="coerce", utc=True)

@@ -78,7 +78,7 @@ def test_file_of_numpy_with_objects_or_another_content_is_refused(
 ) -> None:
     np.save(tmp_path / "a.npy", np.array([{}, None]), allow_pickle=True)
     np.savez(tmp_path / "a.npz", time=np.array([{}, None]), allow_pickle=True)
-    with refused(RecordError, name, "expected a file of numpy that is whole"):
+    with refused(RecordError, name, "it has objects", "expected a file of numpy that is whole"):
         read_record(str(tmp_path / name))
     (tmp_path / name).write_bytes(b"what is this, a record?" * 9)
     with refused(RecordError, name, "expected a file of numpy that is whole"):

@@ -41,6 +41,14 @@ def stamps(form: str, start: str = "2024-03-10 23:59:59.5") -> list[str]:
         ("date;time", "%Y-%m-%d;%H:%M:%S.%f"),
         ("time", "%H:%M:%S.%f"),
         ("time", "%Y-%m-%dT%H:%M:%S.%fZ"),
+        ("time", "%Y/%m/%d %H:%M:%S.%f"),
+        ("time", "%d.%m.%y %H:%M:%S,%f"),
+        ("time", "%y/%m/%d %H:%M:%S.%f"),
+        ("time", "%d-%b-%Y %H:%M:%S.%f"),
+        ("time", "%m/%d/%Y %I:%M:%S.%f %p"),
+        ("Date;Time", "%m/%d/%y;%I:%M:%S.%f %p"),
+        ("time", "%I:%M:%S.%f%p"),
+        ("time", "%H:%M:%S:%f"),
     ],
 )
 @pytest.mark.parametrize("names_of_signals", [None, ["u"]])
@@ -65,6 +73,13 @@ def test_order_of_day_and_month_is_the_one_of_the_shorter_record(tmp_path: Path)
         written(tmp_path / "a.csv", "time", stamps(form, "2024-03-09 23:59:59.5"))
         record = read_record(str(tmp_path / "a.csv"))
         assert record.time == pytest.approx(SECONDS, abs=1e-6)
+
+
+def test_hours_of_half_a_day_pass_noon_and_midnight(tmp_path: Path) -> None:
+    rows = ["11:59 a.m.", "12:00 p.m.", "1:00 PM", "11:59 pm", "12:00 am", "12:30 AM"]
+    written(tmp_path / "a.csv", "time", rows)
+    record = read_record(str(tmp_path / "a.csv"))
+    assert np.diff(record.time / 60).tolist() == [1, 60, 659, 1, 30]
 
 
 def test_hours_and_minutes_are_times_of_day(tmp_path: Path) -> None:

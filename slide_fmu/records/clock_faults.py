@@ -66,16 +66,38 @@ def why_it_falls(time: FloatArray, clock: Clock, unit: float) -> ClockFault:
     usual = next((words for size, words in ROUND.items() if abs(rises - size) < NEAR * step), None)
     if bits is not None:
         after = f"as a counter of {bits} bits that begins anew every {unit * 2**bits:.6g} s"
-    elif usual is not None:
-        after = f"by {usual}: a clock that begins anew, or one that is set back"
-    elif abs(time[first] - time[0]) < NEAR * step:
+    elif abs(time[first] - time[0]) < NEAR * step:  # a record may last a minute, too
         return ClockFault(
             f"the times begin anew there, at {time[first]:.6g} s: the file holds "
             f"{len(clock.falls) + 1} records behind one another",
             "one record in a file",
             "cut the file there",
         )
+    elif usual is not None:
+        after = f"by {usual}: a clock that begins anew, or one that is set back"
     return ClockFault(f"it goes on {after}", "times that rise", step=even)
+
+
+def rows_again(rows: FloatArray, clock: Clock) -> ClockFault | None:
+    """Say that where times fall back, rows are there twice; None unless that is all.
+
+    Args:
+        rows: times in s, and then the other columns, shape (N, n).
+        clock: of these times.
+    """
+    time, again = rows[:, 0], 0
+    for fall in clock.falls:
+        before = np.flatnonzero(time[:fall] == time[fall])
+        count = 0 if len(before) == 0 else fall - int(before[-1])
+        same = rows[fall - count : fall], rows[fall : fall + count]
+        if count == 0 or not np.array_equal(*same, equal_nan=True):
+            return None
+        again += count
+    return ClockFault(
+        f"{again} rows are there twice, the first of them from there on",
+        "each row once",
+        "remove the second of them",
+    )
 
 
 def _is_even(time: FloatArray, clock: Clock) -> bool:

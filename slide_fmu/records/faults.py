@@ -214,6 +214,9 @@ class Code:
         runs: how many runs of samples have it.
         first: index of the first of them.
         usual: whether programs usually write it for missing values.
+        off, usual_off: where a signal only drops to it: median distance of these samples from the
+            line between their neighbours, and the standard deviation of that of all others; 0
+            for a number that is far from all others.
     """
 
     value: float
@@ -221,6 +224,8 @@ class Code:
     runs: int
     first: int
     usual: bool
+    off: float = 0.0
+    usual_off: float = 0.0
 
 
 def missing_codes(values: FloatArray) -> list[Code]:
@@ -240,6 +245,36 @@ def missing_codes(values: FloatArray) -> list[Code]:
             code = _code(values, end, False)
             codes += [code] if code.samples >= SEVERAL and code.runs >= SEVERAL else []
     return codes
+
+
+DROPPED, DROPS = 5.0, 5
+"""A sample drops if it is farther from the line between its neighbours than this number of
+standard deviations; at least so many drop to one value, and those are most of all that drop."""
+
+
+def dropouts(values: FloatArray) -> list[Code]:
+    """Find the number to which finite values, (N,), drop again and again for a single sample.
+
+    Sensors and loggers give 0, or their last zero, where a sample is lost: a number amid all
+    others, that no smooth motion goes to and leaves at once.
+    """
+    if len(values) < LEVELS:
+        return []
+    off = np.zeros(len(values))
+    off[1:-1] = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
+    moving = off[off > 0]
+    usual = NORMAL * float(np.median(moving)) if len(moving) else 0.0
+    higher = np.zeros(len(values), bool)
+    higher[1:-1] = (off[1:-1] > off[:-2]) & (off[1:-1] > off[2:])
+    drops = np.flatnonzero(higher & (off > DROPPED * usual))
+    if len(drops) < DROPS:
+        return []
+    levels, counts = np.unique(values[drops], return_counts=True)
+    value, count = float(levels[np.argmax(counts)]), int(counts.max())
+    if count < DROPS or 2 * count <= len(drops):
+        return []
+    at = drops[values[drops] == value]
+    return [Code(value, count, count, int(at[0]), False, float(np.median(off[at])), usual)]
 
 
 def _is_far_from(levels: FloatArray, value: float) -> bool:

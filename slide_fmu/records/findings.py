@@ -20,12 +20,15 @@ from slide_fmu.records.clock import EVEN, clock_of_record, drift
 from slide_fmu.records.clock_faults import (
     ClockFault,
     bursts,
+    rows_again,
     slower_from,
     why_it_falls,
     why_it_repeats,
 )
 from slide_fmu.records.faults import (
     STUCK,
+    Code,
+    dropouts,
     held_samples,
     missing_codes,
     outliers,
@@ -206,7 +209,8 @@ def examine_alone(
         findings += codes
         rest = _without(record, name, [code.keys["missing"] for code in codes])
         findings += [one for rule in COLUMN_RULES for one in rule.applied(rest, name)]
-        findings += _empty(rest, name)
+        refused = [code.keys["missing"] for code in codes if code.severity == "refused"]
+        findings += _empty(_without(record, name, refused), name)  # others count as measured
         findings += _other_rate(rest, name, names, outputs)
         if name in outputs and own_rate(rest.time, rest.columns[name]) is None:
             findings += _held(rest, name)
@@ -220,11 +224,11 @@ def _codes(record: Record, name: str) -> list[Finding]:
     """Return findings on numbers that may stand for missing values."""
     known, where = _finite(record, name)
     findings = []
-    for code in missing_codes(known):
+    for code in missing_codes(known) or dropouts(known):
         fault = (
-            f"{code.samples} samples in {code.runs} runs are exactly {code.value:.10g}, the first "
-            f"at {record.place(int(where[code.first]))}, and all others lie in "
-            f"{_range_without(known, code.value)}"
+            f"{_counted(code.samples, 'sample')} in {_counted(code.runs, 'run')} "
+            f"{'is' if code.samples == 1 else 'are'} exactly {code.value:.10g}, the first at "
+            f"{record.place(int(where[code.first]))}, and {_others(known, code)}"
         )
         key = f"missing={code.value:.10g}"
         remedy = (
@@ -239,9 +243,15 @@ def _codes(record: Record, name: str) -> list[Finding]:
     return findings
 
 
-def _range_without(values: FloatArray, code: float) -> str:
-    rest = values[values != code]
-    return f"{rest.min():.6g} .. {rest.max():.6g}"
+def _others(values: FloatArray, code: Code) -> str:
+    """Say how a code differs from all other values."""
+    if code.off:
+        return (
+            f"jump there by {code.off:.3g} from both sides (median), where {code.usual_off:.3g} "
+            "is usual"
+        )
+    rest = values[values != code.value]
+    return f"all others lie in {rest.min():.6g} .. {rest.max():.6g}"
 
 
 def _without(record: Record, name: str, codes: Sequence[float]) -> Record:
@@ -285,7 +295,8 @@ def _other_rate(
 
     An input is refused, since the record would be cut at each row without it.
     """
-    rate = own_rate(record.time, record.columns[name])
+    rates = {one: own_rate(record.time, record.columns[one]) for one in names}
+    rate = rates[name]
     if rate is None or rate.longest <= record.fill:
         return []
     fault = f"it has a value every {_rate(rate.step)} only"
@@ -303,7 +314,9 @@ def _other_rate(
             )
     usable = name in outputs and not _is_mostly_empty(record, name)
     severity: Severity = "remarked" if usable else "refused"
-    return [_slow(record, name, severity, fault, rate.step, rate.longest)]
+    known = [one for one in rates.values() if one is not None]  # one remedy mends all of them
+    step, longest = max(one.step for one in known), max(one.longest for one in known)
+    return [_slow(record, name, severity, fault, step, longest)]
 
 
 def _rate(step: float) -> str:
@@ -381,7 +394,8 @@ def _broken_times(record: Record, column: str) -> Iterable[str]:
             if text.column == column:
                 sample, what = text.sample, f"has the text {text.value!r}"
         line = f" (line {record.first_line + sample})" if record.first_line else ""
-        yield f"the time {what} at sample {sample + 1}{line}, {len(broken)} times in all"
+        times = _counted(len(broken), "time")
+        yield f"the time {what} at sample {sample + 1}{line}, {times} in all"
     elif (np.diff(record.time) < 0).all():
         ends = f"from {record.time[0]:.6g} to {record.time[-1]:.6g} s"
         yield f"the time never rises, and falls throughout, {ends}: the rows are in reverse order"
@@ -405,17 +419,18 @@ def _out_of_order(record: Record) -> list[Finding]:
     unit = SECONDS.get(record.clock_unit, 1.0)
     if clock.falls:
         by = record.time[clock.falls[0] - 1] - record.time[clock.falls[0]]
-        fault = why_it_falls(record.time, clock, unit)
+        rows = np.column_stack([record.time, *record.columns.values()])
+        fault = rows_again(rows, clock) or why_it_falls(record.time, clock, unit)
         said = (
             f"the time falls back by {by:.6g} s at {record.place(clock.falls[0])}, "
-            f"{len(clock.falls)} times in all; {fault.found}"
+            f"{_counted(len(clock.falls), 'time')} in all; {fault.found}"
         )
         usual = "cut the file there into several records, or "
         findings.append(_of_clock(record, "time falls back", said, fault, usual))
     if clock.repeats:
         said = (
-            f"the time stays the same at {record.place(clock.repeats[0])}, {len(clock.repeats)} "
-            "times in all"
+            f"the time stays the same at {record.place(clock.repeats[0])}, "
+            f"{_counted(len(clock.repeats), 'time')} in all"
         )
         coarse = why_it_repeats(record.time)
         if coarse is not None:
@@ -526,7 +541,7 @@ def _texts(record: Record, column: str) -> Iterable[str]:
     for text in record.texts:
         if text.column == column:
             place = record.place(text.sample)
-            yield f"the text {text.value!r} at {place}, {text.count} texts in all"
+            yield f"the text {text.value!r} at {place}, {_counted(text.count, 'text')} in all"
 
 
 def _empty(record: Record, column: str) -> list[Finding]:
@@ -542,7 +557,8 @@ def _empty(record: Record, column: str) -> list[Finding]:
     longest, first = max(runs, key=lambda run: run[0])
     fault = (
         f"{sum(length for length, _ in runs)} of {len(finite)} values are empty or not finite, in "
-        f"{len(runs)} ranges; the longest has {longest} samples from {record.place(first)}"
+        f"{_counted(len(runs), 'range')}; the longest has {_counted(longest, 'sample')} from "
+        f"{record.place(first)}"
     )
     severity: Severity = "refused" if _is_mostly_empty(record, column) else "remarked"
     more, keys = _filling([length for length, _ in runs])

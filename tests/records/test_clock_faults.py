@@ -17,13 +17,12 @@ N = 8000
 EVEN = STEP * np.arange(N)
 
 
-def found(time: FloatArray, unit: str = "s") -> Finding:
-    """The only finding that refuses a record with these times in s."""
-    [finding] = [
-        one
-        for one in examine([replace(timed(time), clock_unit=unit)])
-        if one.severity == "refused"
-    ]
+def found(time: FloatArray, unit: str = "s", values: FloatArray | None = None) -> Finding:
+    """The only finding that refuses a record with these times in s, and values of its column."""
+    record = replace(timed(time), clock_unit=unit)
+    if values is not None:
+        record = replace(record, columns={"u": values})
+    [finding] = [one for one in examine([record]) if one.severity == "refused"]
     return finding
 
 
@@ -48,6 +47,7 @@ def swapped() -> FloatArray:
         (np.where(EVEN > 20, EVEN - 1, EVEN), "s", "as a clock that is set back", STEP),
         (np.where(EVEN > 20, EVEN - 3600, EVEN), "s", "by an hour", STEP),
         (np.tile(EVEN[:3000], 2), "s", "the file holds 2 records behind one another", None),
+        (EVEN % 60, "s", "the file holds 2 records behind one another", None),
         (displaced(1000, 1e6), "s", "1e+06 s stands between 9.99 and 10.01 s", None),
         (displaced(1000, 0.0), "s", "0 s stands between 9.99 and 10.01 s", None),
         (swapped(), "s", "or rows have changed places", None),
@@ -77,6 +77,16 @@ def test_clock_is_refused_by_what_is_wrong(
 def test_rows_that_are_there_twice_are_no_coarse_clock() -> None:
     finding = found(np.insert(EVEN, [500, 900], EVEN[[500, 900]]))
     assert "remove samples that are there twice" in finding.message
+
+
+def test_stretch_of_rows_that_is_there_twice_is_no_clock_that_is_set_back() -> None:
+    rows = np.concatenate([np.arange(3000), np.arange(2990, 5000), np.arange(4000, N)])
+    finding = found(EVEN[rows], values=np.sin(EVEN[rows]))
+    assert "1010 rows are there twice" in finding.message
+    assert "sample 3001" in finding.message
+    assert finding.keys == {}
+    other = found(EVEN[rows], values=np.sin(STEP * np.arange(len(rows))))
+    assert "there twice" not in other.message
 
 
 @pytest.mark.parametrize("jitter", [0.2, 0.45])

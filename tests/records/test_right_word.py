@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from typer.testing import CliRunner
 
 from slide_fmu.cli.app import app
 from slide_fmu.propose.proposal import RefusedProposalError
-from slide_fmu.records.faults import held_samples, missing_codes, own_rate
+from slide_fmu.records.faults import dropouts, held_samples, missing_codes, own_rate
 from slide_fmu.records.proposal import RecordOptions, propose_record
 from slide_fmu.systems.declared import Parameter
 from tests.records.bench import (
@@ -104,6 +105,44 @@ def test_number_that_is_far_from_all_others_is_remarked(
     spoilt[[100, 101, 102, 900, 901, 1700]] = 0.0
     remarks = init(write_bench(tmp_path / "a.csv", valve, spoilt))
     assert said(remarks, "6 samples in 3 runs are exactly 0", "--read missing=0")
+    assert not said(remarks, "values are empty")
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+@pytest.mark.parametrize("digits", [9, 2])
+def test_number_amid_all_others_to_which_a_signal_drops_is_remarked(
+    valve: np.ndarray, noise: float, digits: int
+) -> None:
+    for value in (0.0, 0.5):
+        spoilt = np.round(response(valve, noise=noise), digits)
+        lost = RNG.choice(np.arange(5, SAMPLES - 5, 3), 40, replace=False)
+        spoilt[lost] = value
+        [code] = dropouts(spoilt)
+        assert code.value == value
+        assert 20 < code.samples <= 40
+        assert set(np.flatnonzero(spoilt == value)) >= {code.first}
+        assert code.off > 3 * code.usual_off
+
+
+def test_dropouts_are_remarked_with_the_key(
+    tmp_path: Path, valve: np.ndarray, level: np.ndarray
+) -> None:
+    spoilt = level.copy()
+    spoilt[7:-7:90] = 0.0
+    path = write_bench(tmp_path / "a.csv", valve, spoilt)
+    assert said(init(path), "are exactly 0", "jump there by", "--read missing=0")
+    assert not said(init(path, missing=0, fill=1), "are exactly 0")
+
+
+def test_signals_that_move_as_machines_do_drop_to_no_number() -> None:
+    rng = np.random.default_rng(0)
+    for seed in range(4):
+        for values in clean_signals(seed).values():
+            assert dropouts(values) == []
+    held = np.repeat(rng.normal(size=200), 5)
+    pulses = np.where(rng.random(2000) < 0.02, 1.0, 0.0)
+    for values in (held, pulses + rng.normal(scale=1e-3, size=2000), rng.normal(size=2000)):
+        assert dropouts(values) == []
 
 
 def test_held_sensor_is_named_with_the_step_that_suits_it(
@@ -147,7 +186,9 @@ def test_two_rates_in_a_file_are_named_with_both(
         mine = np.isin(time, own if name == named else even)
         columns[name] = np.where(mine, np.interp(time, even, values), np.nan)
     path = write(tmp_path / "a.csv", **{"time [s]": time}, **columns)
-    [message] = [line for line in str(refusal(path)).splitlines() if f"column {named!r}" in line]
+    whole = str(refusal(path))
+    assert len(set(re.findall(r"--step \S+ --read fill=\d+", whole))) == 1
+    [message] = [line for line in whole.splitlines() if f"column {named!r}" in line]
     assert words in message
     assert f"--step {step:g} --read fill={fill}" in message
     assert not said(init(path, step=step, fill=fill), f"column {named!r}: it has")

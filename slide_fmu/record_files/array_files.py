@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from slide_fmu.core.signals import FloatArray
 from slide_fmu.record_files.modelica_file import is_result, read_result
 from slide_fmu.record_files.record import RecordError, Text
-from slide_fmu.record_files.table import Choice, RecordTable, library
+from slide_fmu.record_files.table import Choice, RecordTable, is_time, library
 
 NUMBERS = "biufc"
 """Codes of numpy for the kinds of arrays that are read; complex ones count as faults."""
@@ -81,8 +81,8 @@ def table_of(by_column: dict[str, Column], choice: Choice) -> RecordTable:
     left out if their length differs from the wanted columns.
 
     Raises:
-        RecordError: there are no columns, the wanted columns differ in length, or there are too
-            many samples.
+        RecordError: there are no columns, the wanted columns differ in length, or all columns of
+            times do from them, or there are too many samples.
     """
     if not by_column:
         raise RecordError(
@@ -100,7 +100,14 @@ def table_of(by_column: dict[str, Column], choice: Choice) -> RecordTable:
             f"{choice.path} has columns of the lengths {by_name}; expected one length for all "
             "that are measured together: read them as several records"
         )
+    clocks = [name for name in kept if is_time(name, by_column[name].unit)]
     kept = [name for name in kept if by_column[name].length == length]
+    if clocks and not choice.step and not set(clocks) & set(kept):
+        raise RecordError(
+            f"{choice.path} has {by_column[clocks[0]].length} times {clocks[0]!r} for {length} "
+            "samples; expected as many: write them anew, or give the step; with slide-fmu init: "
+            "--time none --step SECONDS"
+        )
     choice.require_room(length, len(kept))
     columns: dict[str, FloatArray] = {}
     texts: list[Text] = []

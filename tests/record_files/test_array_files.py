@@ -85,6 +85,14 @@ def test_file_of_numpy_with_objects_or_another_content_is_refused(
         read_record(str(tmp_path / name))
 
 
+def test_times_that_are_not_as_many_as_the_samples_are_named(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", time=TIME[:-3], road=ROAD, travel=TRAVEL)
+    with refused(RecordError, "has 197 times 'time' for 200 samples", "--time none --step"):
+        read_record(str(tmp_path / "a.npz"), ["road", "travel"])
+    np.savez(tmp_path / "a.npz", time=TIME[:-3], t=TIME, road=ROAD)
+    assert read_record(str(tmp_path / "a.npz"), ["road"]).clock == "t"
+
+
 def test_number_in_brackets_behind_a_name_is_part_of_it() -> None:
     header = ["q[0]", "q[1] [rad]", "M(1,2)", "slip [1]", "road[m]", "x (mm)"]
     units = {"q[0]": "", "q[1]": "rad", "M(1,2)": "", "slip": "1", "road": "m", "x": "mm"}

@@ -57,6 +57,9 @@ FILL = (
 MOST_FILLED, MOST_GAPS = 10, 0.9
 """Filling is proposed if the part MOST_GAPS of the gaps lack at most MOST_FILLED samples each."""
 
+MOST_SAME = 2
+"""A number is proposed as missing if all columns have at most this many times as many of it."""
+
 MOVING = 0.2
 """A column moves where its deviation is above this part of that of the whole column."""
 
@@ -205,11 +208,11 @@ def examine_alone(
             one for name in record.other_clocks for one in TWO_CLOCKS.applied(record, name)
         ]
     for name in names:
-        codes = _codes(record, name)
-        findings += codes
-        rest = _without(record, name, [code.keys["missing"] for code in codes])
+        codes = _codes(record, name, names)
+        findings += [finding for finding, _ in codes]
+        rest = _without(record, name, [value for _, value in codes])
         findings += [one for rule in COLUMN_RULES for one in rule.applied(rest, name)]
-        refused = [code.keys["missing"] for code in codes if code.severity == "refused"]
+        refused = [value for finding, value in codes if finding.severity == "refused"]
         findings += _empty(_without(record, name, refused), name)  # others count as measured
         findings += _other_rate(rest, name, names, outputs)
         if name in outputs and own_rate(rest.time, rest.columns[name]) is None:
@@ -220,8 +223,11 @@ def examine_alone(
     return findings
 
 
-def _codes(record: Record, name: str) -> list[Finding]:
-    """Return findings on numbers that may stand for missing values."""
+def _codes(record: Record, name: str, names: Sequence[str]) -> list[tuple[Finding, float]]:
+    """Return findings on numbers that may stand for missing values, with these numbers.
+
+    The key is about all columns, so that it would take a 0 at which another one rests, too.
+    """
     known, where = _finite(record, name)
     findings = []
     for code in missing_codes(known) or dropouts(known):
@@ -239,7 +245,15 @@ def _codes(record: Record, name: str) -> list[Finding]:
             ("code", "refused") if code.usual else ("far value", "remarked")
         )
         keys = {"missing": code.value}
-        findings.append(Finding(*about, record.path, name, fault, "measured values", remedy, keys))
+        same = sum(int(np.count_nonzero(record.columns[one] == code.value)) for one in names)
+        if not code.usual and same > MOST_SAME * code.samples:
+            remedy = (
+                "if it stands for missing values, leave these empty in the file: the key missing "
+                f"would take {_counted(same - code.samples, 'further sample')} with this number"
+            )
+            keys = {}
+        finding = Finding(*about, record.path, name, fault, "measured values", remedy, keys)
+        findings.append((finding, code.value))
     return findings
 
 

@@ -132,6 +132,10 @@ def test_dropouts_are_remarked_with_the_key(
     path = write_bench(tmp_path / "a.csv", valve, spoilt)
     assert said(init(path), "are exactly 0", "jump there by", "--read missing=0")
     assert not said(init(path, missing=0, fill=1), "are exactly 0")
+    resting = np.where(np.arange(SAMPLES) % 1000 < 300, 0.0, valve)
+    remarks = init(write_bench(path, resting, spoilt))
+    assert said(remarks, "jump there by", "leave these empty in the file")
+    assert not said(remarks, "--read missing=0")
 
 
 def test_signals_that_move_as_machines_do_drop_to_no_number() -> None:

@@ -1,7 +1,8 @@
 """This module fills single missing samples of records, where the user asks for it.
 
-Lost rows of an even clock and values that are missing are filled alike. Inputs move along straight
-lines or are held, outputs follow cubic splines through the values that were measured.
+Lost rows of an even clock and values that are missing are filled alike. Outputs and inputs that
+move smoothly follow cubic splines through the values that were measured, other inputs move along
+straight lines or are held.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from slide_fmu.core.signals import FloatArray, Hold
 from slide_fmu.record_files.record import Record
 from slide_fmu.records.clock import clock_of_record
 from slide_fmu.records.faults import held_samples
+from slide_fmu.records.resampling import moves_smoothly
 
 FEWEST = 4
 """A cubic spline passes through at least this number of values."""
@@ -82,7 +84,7 @@ def _filled(time: FloatArray, values: FloatArray, most: int, hold: Hold | None) 
     made, known = values.copy(), np.flatnonzero(~missing)
     if hold == "zero_order":
         made[chosen] = values[known[np.searchsorted(known, chosen) - 1]]
-    elif hold is None and len(known) >= FEWEST:
+    elif len(known) >= FEWEST and (hold is None or moves_smoothly(time[known], values[known])):
         made[chosen] = CubicSpline(time[known], values[known])(time[chosen])
     else:
         made[chosen] = np.interp(time[chosen], time[known], values[known])

@@ -235,8 +235,11 @@ def _about_resampling(plan: Resampling, hold: Hold) -> list[str]:
             how = f"splines to even times of {plan.base:.6g} s and by {how}"
         how += f", without {plan.edge} samples at either end of each piece"
     else:
-        lines = "straight lines for inputs" if hold == "first_order" else "means for inputs"
-        how = f"cubic splines for outputs and {lines}"
+        how = "cubic splines for outputs and means for inputs"
+        if hold == "first_order":
+            how = (
+                "cubic splines for outputs and smooth inputs, and straight lines for other inputs"
+            )
         if LONGER * plan.step < plan.own:
             how += "; nothing is known between the measured samples"
     return [f"resampled from {plan.own:.4g} s to {plan.step:.6g} s by {how}{means}"]

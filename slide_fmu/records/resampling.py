@@ -27,6 +27,10 @@ EDGE = 10
 The filter of ``scipy.signal.resample_poly`` has 20 times the longer one of both steps.
 """
 
+SMOOTH, FEWEST = 0.5, 8
+"""An input is smooth if splines through every second sample miss the others by less than the first
+part of what straight lines do; fewer samples tell nothing."""
+
 Between = Literal["smooth"] | Hold
 """Interpolation of a column between its samples: an output is smooth, an input has a hold."""
 
@@ -88,9 +92,10 @@ def resampled(
 ) -> FloatArray:
     """Return columns at the times ``time[0] + (edge + k) step``, of one piece without gaps.
 
-    A smooth column is interpolated by cubic splines, an input with a first-order hold linearly.
-    An input with a zero-order hold gets its mean until the next new sample. The
-    number of new samples depends on the times alone.
+    A smooth column is interpolated by cubic splines, and so is an input with a first-order hold
+    that moves smoothly: straight lines would make it smaller than it is. Else it is interpolated
+    linearly. An input with a zero-order hold gets its mean until the next new sample. The number
+    of new samples depends on the times alone.
 
     Args:
         time: times of the samples in s, shape (n,).
@@ -127,4 +132,21 @@ def _interpolated(
 ) -> FloatArray:
     if between == "smooth" and len(time) > 3:
         return np.asarray(CubicSpline(time, values)(at))
-    return np.stack([np.interp(at, time, column) for column in values.T], axis=1)
+    columns = [
+        CubicSpline(time, one)(at) if moves_smoothly(time, one) else np.interp(at, time, one)
+        for one in values.T
+    ]
+    return np.stack(columns, axis=1)
+
+
+def moves_smoothly(time: FloatArray, values: FloatArray) -> bool:
+    """Tell whether finite values, (N,), follow splines rather than straight lines in between."""
+    if len(values) < FEWEST:
+        return False
+    left_out = np.arange(1, len(values) - 1, 2)
+    ways = (
+        CubicSpline(time[::2], values[::2])(time[left_out]),
+        np.interp(time[left_out], time[::2], values[::2]),
+    )
+    spline, lines = (float(np.mean((way - values[left_out]) ** 2)) for way in ways)
+    return spline < SMOOTH**2 * lines

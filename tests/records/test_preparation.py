@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from slide_fmu.record_files.record import RecordError
+from slide_fmu.records.filling import filled
 from slide_fmu.records.preparation import Preparation, prepared
-from slide_fmu.records.resampling import EDGE
+from slide_fmu.records.resampling import EDGE, moves_smoothly
 from tests.records.samples import STEP, record
 from tests.refusals import refused
 
@@ -89,9 +92,36 @@ def test_jitter_is_removed_by_the_true_times() -> None:
     (piece,) = done.pieces
     true = wave(piece.start + piece.trajectory.time)
     assert np.abs(piece.trajectory.outputs[:, 0] - true).max() < 1e-4  # cubic
-    assert np.abs(piece.trajectory.inputs[:, 0] - true[1:]).max() < 5e-3  # straight lines
+    assert np.abs(piece.trajectory.inputs[:, 0] - true[1:]).max() < 1e-4  # cubic, too
     assert np.abs(wave(time)[: len(true)] - true).max() > 0.02  # as measured
-    assert "by cubic splines for outputs and straight lines for inputs" in done.remarks[0]
+    assert "by cubic splines for outputs and smooth inputs, and straight lines" in done.remarks[0]
+
+
+@pytest.mark.parametrize("fill", [True, False])
+def test_input_between_corners_goes_straight(fill: bool) -> None:
+    """Splines would overshoot behind each corner; of a smooth input, lines cut off the tops."""
+    corners = np.random.default_rng(3).normal(size=N // 10 + 2)
+    rng, even = np.random.default_rng(1), STEP * np.arange(N)
+    lost = np.flatnonzero(rng.random(N - 20) < 0.1) + 10
+    lost = lost[lost % 10 != 0]
+
+    def ramps(time: np.ndarray) -> np.ndarray:
+        return np.interp(time, 10 * STEP * np.arange(len(corners)), corners)
+
+    for course, moves, off in ((ramps, False, 1e-9), (wave, True, 1e-3)):
+        time = np.delete(even, lost) if fill else even + STEP * rng.uniform(0, 0.2, N)
+        assert moves_smoothly(time, course(time)) == moves
+        one = record({"u": course(time), "y": wave(time)}, time)
+        if fill:
+            one = filled(replace(one, fill=3), ["u"], ["y"], "first_order")
+            made = one.columns["u"] - course(one.time)
+            at = one.time > 0.0
+        else:
+            (piece,) = prepared([one], Preparation(("u",), ("y",), step=STEP)).pieces
+            times = piece.start + piece.trajectory.time[1:]
+            made = piece.trajectory.inputs[:, 0] - course(times)
+            at = np.abs(times / (10 * STEP) % 1 - 0.5) < 0.35  # corners lie between samples
+        assert np.abs(made[at]).max() < off
 
 
 def test_held_input_keeps_its_steps_when_jitter_is_removed() -> None:

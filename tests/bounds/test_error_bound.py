@@ -299,8 +299,8 @@ def test_further_kinds_make_bounds_larger_where_errors_are_and_move_no_edge(
         )
         for one in (fit.surrogate, taught)
     ]
-    assert covered[1] > 0.91
-    assert covered[0] < covered[1] - 0.05
+    assert covered[1] > 0.8  # no share is promised: the calibration does not know these kinds
+    assert covered[0] < covered[1] - 0.1
 
 
 def test_companion_has_learnt_from_other_trajectories(fit: Fit, unseen: Unseen) -> None:

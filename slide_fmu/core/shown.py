@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
-
-import numpy as np
 
 
 def shown(value: object, longest: float = math.inf) -> str:
@@ -19,7 +18,8 @@ def shown(value: object, longest: float = math.inf) -> str:
 
 def _plain(value: Any) -> Any:
     """Return a value with plain numbers in place of numpy's, in lists and tables, too."""
-    if isinstance(value, np.generic):
+    numpy: Any = sys.modules.get("numpy")  # whoever has a value of it has loaded it
+    if numpy is not None and isinstance(value, numpy.generic):
         return value.item()
     if type(value) in (list, tuple, set, frozenset):
         return type(value)(map(_plain, value))

@@ -266,8 +266,8 @@ def _pin(system: CoupledSystem, text: str, *causalities: str, flags: bool = Fals
         else [v.name for v in system.descriptions[name].modelVariables]
     )
     if variable not in known:
-        shown = [one for one in known if causalities][:12]
-        expected = f"one of its real scalars {shown}" if shown else "a real scalar, or another one"
+        some = [one for one in known if causalities][:12]
+        expected = f"one of its real scalars {some}" if some else "a real scalar, or another one"
         what = causalities[0] if len(causalities) in (1, 2) else "variable"
         found = f"component {name!r} has no {what} {variable!r}"
         for other in system.descriptions[name].modelVariables:

@@ -142,8 +142,8 @@ class Kind:
 def after_a_past(motion: Motion, lead: float, rng: np.random.Generator, band: Band) -> Motion:
     """Return a motion that comes later by a lead in s, after tones near a resonance in all inputs.
 
-    A machine with several responses to the same inputs has another one then, mostly: the tones
-    reach the whole range, so that they leave it in full motion.
+    A machine with several responses to the same inputs may have another one then: the tones reach
+    the whole range, so that they leave it in full motion.
     """
     n = len(motion.ranges)
     f = near_a_resonance(rng, band)
